@@ -1,8 +1,9 @@
 """The forecast of a run: the water at the boat in the next seconds with its band, quiet windows, the highest wave; and
 how past forecasts came out.
 
-What came is the sea of the run's scene at the moments and places of the forecasts. A sea of a million waves takes memory
-that a page should not hold: it is drawn again from the scene and its seed in a process of its own, which ends with that.
+What came is the sea of the run's scene at the moments and places of the forecasts. A sea of a million waves takes
+memory that a page should not hold: it is drawn again from the scene and its seed in a process of its own, which ends
+with that.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from ..errors import InputError
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
+from ..session.pace import duration
 from .jobs import Job
 from .safety import is_text, unreadable_product
 
@@ -339,11 +340,6 @@ class _Row:
         left = "" if now.left_s is None else f" · about {duration(now.left_s)} left"
         asked = " · asked to end: whole turns stay" if job.reason else ""
         self._line.set_text(f"{now.line}{left}{asked}")
-
-
-def duration(seconds: float) -> str:
-    """In words that one reads at a glance."""
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _when(then: float) -> str:

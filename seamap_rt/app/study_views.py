@@ -1,4 +1,4 @@
-"""Views that show figures of the report: a run's wave gauges, a shadowing study, and the sea on file in its pictures."""
+"""Views of the report's figures: a run's wave gauges, a shadowing study, and the sea on file in its pictures."""
 
 from __future__ import annotations
 

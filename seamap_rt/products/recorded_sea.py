@@ -31,6 +31,7 @@ from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.basin import fast_size
+from ..session.pace import duration
 from .camera import refuse_if_too_large, times_of
 from .writing import Progress
 
@@ -62,10 +63,6 @@ class Kept:
             skewness=self.skewness + float(np.mean(heights**3)) / variance**1.5,
             **first,
         )
-
-    def state_energy(self, evolution: Evolution) -> float:
-        """Of the last frame, m³/s²."""
-        return evolution.energy(self.state)
 
 
 def state_file(folder: Path) -> Path:
@@ -306,14 +303,8 @@ class _Pace:
     def tell(self, now: float, words: str) -> None:
         done = (now - self.first) / max(self.last - self.first, 1e-9)
         spent = clock.perf_counter() - self.began
-        left = f", {_duration(spent * (1.0 - done) / done)} left" if done > 0.0 and spent > 1.0 else ""
+        left = f", {duration(spent * (1.0 - done) / done)} left" if done > 0.0 and spent > 1.0 else ""
         self.say(f"{words}: {now:.4g} s of {self.last:.4g} s{left}")
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | None, say: Progress) -> RecordedSea:
@@ -383,7 +374,7 @@ def _before(evolution: Evolution, folder: Path, frames: _Frames, told: dict[str,
 
 def _found(at: Kept, evolution: Evolution) -> dict[str, Any]:
     """What the record came to."""
-    change = at.state_energy(evolution) / at.energy_first - 1.0
+    change = evolution.energy(at.state) / at.energy_first - 1.0
     broken = (at.state.broken - at.broken_first) / at.energy_first
     return {
         "significant_wave_height_m": 4.0 * float(np.sqrt(at.variance / at.frames)),

@@ -19,6 +19,7 @@ from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
 from ..physics.shadowing import regular_wave_visible_share, shadowing_smith67, shadowing_wagner67
 from ..report.reduce import main_waves
+from ..report.sea_statistics import expected_slope_variance
 from ..scene import Scene
 from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
@@ -140,27 +141,7 @@ def shadowing_half(name: str, height_m: float, slope_rms: Array, weight: Array) 
 
 def resolved_slope(sea: Sea, azimuth_deg: ArrayLike) -> Array:
     """rms slope (n,) along azimuths (n,) of the resolved waves: the expectation, of no single realisation or mesh."""
-    spectrum = sea.spectrum
-    tensor = np.zeros((2, 2))
-    density = spectrum["variance_density"].values
-    if density.size:
-        east, north = spectrum["kx"].values, spectrum["ky"].values
-        variance = density * abs(east[1] - east[0]) * abs(north[1] - north[0])
-        mixed = float(north @ variance @ east)
-        tensor += [[float((variance @ east**2).sum()), mixed], [mixed, float(north**2 @ variance.sum(axis=1))]]
-    k = spectrum["k"].values
-    for line, toward in zip(spectrum["line_density"].values, spectrum["line_toward"].values, strict=True):
-        tensor += float(line @ k**2) * abs(k[1] - k[0]) * _along(toward)
-    sinusoids = (spectrum[f"sinusoid_{name}"].values for name in ("amplitude", "wavenumber", "toward"))
-    for amplitude, wavenumber, toward in zip(*sinusoids, strict=True):
-        tensor += 0.5 * (amplitude * wavenumber) ** 2 * _along(toward)
-    look = np.stack(unit_from_azimuth(azimuth_deg))
-    return np.sqrt(np.einsum("in,ij,jn->n", look, tensor, look))
-
-
-def _along(azimuth_deg: float) -> Array:
-    unit = np.array(unit_from_azimuth(azimuth_deg))
-    return np.outer(unit, unit)
+    return np.sqrt([expected_slope_variance(sea, azimuth) for azimuth in np.asarray(azimuth_deg)])
 
 
 def exact_wave(scene: Scene) -> SinusoidWaves | None:
