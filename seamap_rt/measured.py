@@ -32,10 +32,10 @@ _BESIDE, _FEWEST = 0.2, 5  # of the reach, and rings: through which a line is dr
 
 
 @dataclass(frozen=True)
-class Rings:
+class CoverageProfile:
     """range_m (ring,), of even steps; score (ring,), the sum over the cells of a ring; cells (ring,), all of them; and
     of those with a height that counts: sure (ring,), how many, and gross (ring,), how many of these are wrong by more
-    than GROSS. Rings of several turns add."""
+    than GROSS. Those of several turns add."""
 
     range_m: Array
     score: Array
@@ -44,7 +44,7 @@ class Rings:
     gross: Array
 
     @classmethod
-    def of(cls, polar: xr.Dataset, truth: xr.Dataset, sigma: float) -> Rings:
+    def of(cls, polar: xr.Dataset, truth: xr.Dataset, sigma: float) -> CoverageProfile:
         """polar, truth: of the same cells (turn, azimuth, range); those without truth are not judged, nor rings without
         any. sigma: m, of the sea: without waves there is no score, and sums of it are NaN."""
         known = np.isfinite(truth["height"].values)
@@ -63,9 +63,9 @@ class Rings:
             np.sum(share > GROSS**2, axis=around).astype(np.float64),
         )
 
-    def __add__(self, other: Rings) -> Rings:
+    def __add__(self, other: CoverageProfile) -> CoverageProfile:
         sums = (getattr(self, name) + getattr(other, name) for name in ("score", "cells", "sure", "gross"))
-        return Rings(self.range_m, *sums)
+        return CoverageProfile(self.range_m, *sums)
 
     @property
     def quality(self) -> Array:

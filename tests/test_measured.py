@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.measured import LEVEL, Rings
+from seamap_rt.measured import LEVEL, CoverageProfile
 
 Array = NDArray[np.float64]
 RANGES = np.arange(20.25, 300.0, 1.5)
 
 
-def rings(quality: Callable[[Array], Array]) -> Rings:
+def rings(quality: Callable[[Array], Array]) -> CoverageProfile:
     """Of a mean score that depends on range alone."""
     cells = np.full(RANGES.size, 200.0)
-    return Rings(RANGES, cells * quality(RANGES), cells, cells, 0.0 * cells)
+    return CoverageProfile(RANGES, cells * quality(RANGES), cells, cells, 0.0 * cells)
 
 
-def cells(error: Array, sigma: float, **changes: NDArray[Any]) -> Rings:
+def cells(error: Array, sigma: float, **changes: NDArray[Any]) -> CoverageProfile:
     """Errors [m] (turn, azimuth, range) of cells that are all seen, but for what is changed."""
     shape = ("turn", "azimuth", "range")
     true = np.random.default_rng(1).normal(0.0, sigma, error.shape)
@@ -34,7 +34,7 @@ def cells(error: Array, sigma: float, **changes: NDArray[Any]) -> Rings:
         (truth if name in truth and name != "height" else polar)[name] = values
     at = {"range": RANGES[: error.shape[-1]]}
     seen, sea = (xr.Dataset({name: (shape, each[name]) for name in each}, at) for each in (polar, truth))
-    return Rings.of(seen, sea, sigma)
+    return CoverageProfile.of(seen, sea, sigma)
 
 
 def test_radii_of_a_disc_that_is_measured_wholly() -> None:
@@ -123,7 +123,7 @@ def test_a_line_through_few_rings_tells_the_reach() -> None:
     ranges = np.arange(20.0, 150.0, 8.0)
     many = np.full(ranges.size, 200.0)
     for length in (140.0, 147.0, 151.0):
-        made = Rings(ranges, many * (1.0 - ranges / length), many, many, 0.0 * many)
+        made = CoverageProfile(ranges, many * (1.0 - ranges / length), many, many, 0.0 * many)
         assert made.reach == (pytest.approx((1.0 - LEVEL) * length, abs=1e-6), False)
 
 
@@ -132,5 +132,5 @@ def test_missed_cells_are_of_50_to_200_m() -> None:
     inside = (RANGES >= 50.0) & (RANGES <= 200.0)
     cells = np.full(RANGES.size, 200.0)
     for elsewhere in (0.0, 200.0):
-        made = Rings(RANGES, cells, cells, np.where(inside, 150.0, elsewhere), 0.0 * cells)
+        made = CoverageProfile(RANGES, cells, cells, np.where(inside, 150.0, elsewhere), 0.0 * cells)
         assert made.missed_share == pytest.approx(0.25)

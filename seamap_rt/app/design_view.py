@@ -64,7 +64,7 @@ class DesignView:
 
     def _start(self, event: events.ValueChangeEventArguments) -> None:
         if event.value and event.value != self.tab.draft.name:
-            self._take(Draft.shipped(event.value, self.page.desk.roots))
+            self._take(Draft.shipped(event.value, self.page.server.roots))
 
     def _take(self, draft: Draft) -> None:
         self.tab.draft = draft
@@ -174,10 +174,10 @@ class DesignView:
         content = await event.file.read()
         try:
             if name.endswith(".toml"):
-                self._take(Draft.of_toml(content, self.page.desk.roots, name))
+                self._take(Draft.of_toml(content, self.page.server.roots, name))
                 self._said.set_text(f"{name} is loaded.")
                 return
-            path = await asyncio.to_thread(keep, self.page.desk.roots, "beside", name, content)
+            path = await asyncio.to_thread(keep, self.page.server.roots, "beside", name, content)
             self._said.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
         except (InputError, OSError) as refusal:
             self._said.set_text(str(refusal))
@@ -185,18 +185,18 @@ class DesignView:
     # -------------------------------------------------------------------------------------------------- running
 
     def _run(self) -> None:
-        draft, desk = self.tab.draft, self.page.desk
+        draft, server = self.tab.draft, self.page.server
         if draft.scene is None:
             self._said.set_text("This design does not stand yet: mend what is marked first.")
             return
         from .prospects import run_seconds
 
         scene = draft.scene
-        taken = {job.folder for job in desk.queue.jobs() if not job.over}
-        folder = free_name(desk.roots.runs, f"{scene.name}-{scene.seed}", taken)
+        taken = {job.folder for job in server.queue.jobs() if not job.over}
+        folder = free_name(server.roots.runs, f"{scene.name}-{scene.seed}", taken)
         words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
         title = scene.title or scene.name
-        desk.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))
+        server.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))
         self.tab.run, self.tab.turn = folder, -1
         self._said.set_text(f"Queued as {folder}.")
         self.page.go("Runs")

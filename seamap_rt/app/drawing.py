@@ -1,4 +1,4 @@
-"""Drawing in processes of its own, so that the page answers meanwhile; and only what was asked for last is shown."""
+"""Drawing in processes of its own, so that the page answers meanwhile."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import pickle
 import signal
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from typing import Any, TypeVar
 
@@ -75,54 +75,3 @@ def _begin() -> None:
         os._exit(0)
 
     threading.Thread(target=follow, daemon=True, name="follow").start()
-
-
-def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
-    """For an `Canvas`: a label and the element that all drawings stand in."""
-
-    def grey(words: str) -> None:
-        line.set_text(words)
-        for each in (line, stage):
-            each.classes(add="stale") if words else each.classes(remove="stale")
-
-    return grey
-
-
-class Canvas:
-    """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
-    says what is drawn; a question ends the one before it, whose answer is never shown.
-
-    grey: called with that line, and with "" when the answer stands.
-    """
-
-    def __init__(self, grey: Callable[[str], None]) -> None:
-        self._grey = grey
-        self._task: asyncio.Future[None] | None = None
-
-    @property
-    def busy(self) -> bool:
-        return self._task is not None and not self._task.done()
-
-    def drop(self, words: str) -> None:
-        """Nothing that is there, or comes, is asked for any more."""
-        if self._task is not None:
-            self._task.cancel()
-        self._task = None
-        self._grey(words)
-
-    def ready(self) -> None:
-        """Called by a drawing: what stands is the answer, though more follows."""
-        self._grey("")
-
-    async def show(self, words: str, drawing: Coroutine[Any, Any, None]) -> None:
-        """Draw. drawing: shows what it has made itself; it is cancelled where it waits. Raises what it raises."""
-        self.drop(words)
-        task = self._task = asyncio.ensure_future(drawing)
-        try:
-            await task
-        except asyncio.CancelledError:
-            if task is self._task:  # the page has gone
-                raise
-        finally:
-            if task is self._task:
-                self._grey("")

@@ -9,9 +9,8 @@ from typing import Any
 
 from nicegui import ui
 
-from . import words
-from .draft import Draft
-from .fields import Field, Part, growing_lists, matters, parts_of, switches
+from ..report.keys import matters, read_value, shown_value, switches
+from .draft import Draft, Field, Part, growing_lists, parts_of
 from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")
@@ -200,7 +199,7 @@ class Form:
 
     def _typed(self, field: Field, text: str | None) -> None:
         if field.kind in ("number", "list"):
-            self._edited(field, words.read(field.key, text or ""))
+            self._edited(field, read_value(field.key, text or ""))
         else:
             self._edited(field, (text or None) if field.key != "title" else text or "")
 
@@ -247,4 +246,4 @@ class Form:
         elif field.kind == "choice":
             element.value = value if value in field.choices else ("" if field.optional else None)
         else:
-            element.value = words.shown(field.key, value)
+            element.value = shown_value(field.key, value)

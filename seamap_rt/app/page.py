@@ -1,18 +1,76 @@
-"""The page: its head, its places, and the state of the browser tab that it is shown in."""
+"""The page: its head, its places, what all open pages share, and the state of the browser tab that it is shown in."""
 
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from .desk import Desk, Tab
+from ..io.scenefile import list_shipped
+from .jobs import Queue
+from .runs import kind_of
+from .safety import Roots
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+    from .draft import Draft
+
+
+_MOST_TABS = 50
+
+
+@dataclass
+class Tab:
+    """What one browser tab is at; it survives a reload."""
+
+    draft: Draft
+    pinned: tuple[str, Scene] | None = None  # a design to hold the draft against, with its name
+    run: str = ""  # that is looked at
+    other: str = ""  # that it is compared with
+    trade: str = ""  # that is looked at
+    turn: int = 0
+    view: str = "heights"
+    place: str = "Design"  # of the page
+
+
+@dataclass
+class ServerState:
+    """The page's own state, one a server."""
+
+    roots: Roots
+    queue: Queue
+    tabs: dict[str, Tab] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, runs: Path) -> ServerState:
+        """runs: a folder that is there."""
+        shipped = next(iter(list_shipped().values())).parent
+        roots = Roots(runs.resolve(), (shipped,))
+        return cls(roots, Queue(roots.runs))
+
+    def awaited(self, folder: str) -> bool:
+        """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
+        job, path = self.queue.of_folder(folder), self.roots.runs / folder
+        return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
+
+    def tab(self, name: str) -> Tab:
+        """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""
+        from .draft import Draft
+
+        tab = self.tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
+        self.tabs[name] = tab  # the one used last is the last
+        while len(self.tabs) > _MOST_TABS:
+            self.tabs.pop(next(iter(self.tabs)))
+        return tab
+
 
 PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
     "Design": ("design_view", "DesignView"),
-    "Runs": ("runs_view", "RunsView"),
+    "Runs": ("runs", "RunsView"),
     "See": ("see_view", "SeeView"),
     "Compare": ("compare_view", "CompareView"),
     "Trade": ("trade_view", "TradeView"),
@@ -70,8 +128,8 @@ window.addEventListener("unhandledrejection", (event) => {
 class Page:
     """One open page. The views ask it to go elsewhere, and it asks them to look again while something runs."""
 
-    def __init__(self, desk: Desk, tab: Tab, width: int, dark: bool) -> None:
-        self.desk, self.tab, self.width, self.dark = desk, tab, width, dark
+    def __init__(self, server: ServerState, tab: Tab, width: int, dark: bool) -> None:
+        self.server, self.tab, self.width, self.dark = server, tab, width, dark
         self._holders: dict[str, ui.column] = {}
         self._made: dict[str, Any] = {}
         self._build()
@@ -143,7 +201,7 @@ class Page:
         self._went(self.tab.place)
 
 
-async def show(desk: Desk) -> None:
+async def show(server: ServerState) -> None:
     """Build the page for a browser that has just opened it."""
     client = ui.context.client
     with ui.column().classes("absolute-center items-center") as waiting:
@@ -155,4 +213,4 @@ async def show(desk: Desk) -> None:
         "[window.innerWidth, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
     )
     waiting.delete()
-    Page(desk, desk.tab(client.tab_id or client.id), int(width), bool(dark))
+    Page(server, server.tab(client.tab_id or client.id), int(width), bool(dark))

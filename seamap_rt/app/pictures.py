@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import base64
-import struct
-import zlib
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,6 +13,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib import colors
 from numpy.typing import NDArray
+from PIL import Image
 
 from ..report import reduce, style
 
@@ -49,30 +49,17 @@ def picture(values: Array, area: NDArray[np.bool_], scale: Scale) -> str:
     step = np.clip((np.where(finite, values, scale.low) - scale.low) * ((_COLOURS - 1) / span), 0, _COLOURS - 1)
     index = np.where(finite, (step + 0.5).astype(np.uint8), np.uint8(_BLANK))
     index = np.where(area | finite, index, np.uint8(_OUTSIDE))
-    return "data:image/png;base64," + base64.b64encode(_png(index[::-1], scale.colours)).decode("ascii")
-
-
-def _png(index: NDArray[np.uint8], colours: str) -> bytes:
-    rows, columns = index.shape
-    raw = np.zeros((rows, columns + 1), dtype=np.uint8)  # a row begins with its filter: none
-    raw[:, 1:] = index
-    head = struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)
-    palette, alpha = _palette(colours)
-    chunks = ((b"IHDR", head), (b"PLTE", palette), (b"tRNS", alpha), (b"IDAT", zlib.compress(raw.tobytes(), 1)))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in (*chunks, (b"IEND", b"")))
-
-
-def _chunk(name: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+    image, file = Image.fromarray(index[::-1]), io.BytesIO()
+    image.putpalette(_palette(scale.colours))
+    image.save(file, "PNG", compress_level=1, transparency=_OUTSIDE)
+    return f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
 
 
 @lru_cache(maxsize=16)
-def _palette(colours: str) -> tuple[bytes, bytes]:
-    scale = mpl.colormaps[colours](np.linspace(0.0, 1.0, _COLOURS))[:, :3]
-    blank = colors.to_rgb(style.BLANK)
-    table = np.vstack([scale, blank, (1.0, 1.0, 1.0)])
-    alpha = bytes([255] * (_COLOURS + 1) + [0])
-    return np.rint(255.0 * table).astype(np.uint8).tobytes(), alpha
+def _palette(name: str) -> bytes:
+    scale = mpl.colormaps[name](np.linspace(0.0, 1.0, _COLOURS))[:, :3]
+    table = np.vstack([scale, colors.to_rgb(style.BLANK), (1.0, 1.0, 1.0)])
+    return np.rint(255.0 * table).astype(np.uint8).tobytes()
 
 
 @dataclass(frozen=True)

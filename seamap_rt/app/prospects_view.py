@@ -53,7 +53,7 @@ class ProspectsView:
         then = beside.values if beside else {}
         if set(self._shown) != {key for key, *_ in found.figures}:
             self._make_tiles(found)
-        pace = self.page.desk.queue.pace("run")
+        pace = self.page.server.queue.pace("run")
         self._shown["seconds"].words.set_text("A run takes about" if pace else "A run takes (guessed)")
         for key, _, value, _, digits, better in found.figures:
             scale = pace or 1.0 if key == "seconds" else 1.0

@@ -23,7 +23,7 @@ class RecordingsPanel:
 
     def __init__(self, page: Page) -> None:
         self.page = page
-        roots = page.desk.roots
+        roots = page.server.roots
         with ui.column().classes("w-full gap-2 pb-2"):
             most = f"{KINDS['recording'].most / MB:.0f} MB"
             ui.label(
@@ -60,7 +60,7 @@ class RecordingsPanel:
                 choice.value = str(path)
 
             names = self._other_names if kind == "recording" else dict
-            upload_button(self.page.desk.roots, kind, self._tell, taken, names=names)
+            upload_button(self.page.server.roots, kind, self._tell, taken, names=names)
         return choice
 
     def _tell(self, line: str) -> None:
@@ -69,7 +69,7 @@ class RecordingsPanel:
     def fill(self) -> None:
         """What is there to be chosen."""
         for kind, choice in (("recording", self._recording), ("header", self._header)):
-            there = {str(each): each.name for each in kept(self.page.desk.roots, kind)}
+            there = {str(each): each.name for each in kept(self.page.server.roots, kind)}
             choice.set_options(there, value=choice.value if choice.value in there else None)
 
     def _other_names(self) -> dict[str, str]:
@@ -84,7 +84,7 @@ class RecordingsPanel:
 
     def _retrieve(self) -> None:
         """Queue it, and go where it is seen."""
-        desk, recording = self.page.desk, self._recording.value
+        server, recording = self.page.server, self._recording.value
         if not recording:
             self._said.set_text("Choose a recording, or upload one.")
             return
@@ -97,9 +97,9 @@ class RecordingsPanel:
         words += ["--header", str(self._header.value)] if self._header.value else []
         words += [word for array, name in names.items() for word in ("--name", f"{array}={name}")]
         words += ["--even-if-wrong"] if self._wrong.value else []
-        taken = {job.folder for job in desk.queue.jobs() if not job.over}
-        folder = free_name(desk.roots.runs, safe_name(Path(recording).stem, "recording"), taken)
-        desk.queue.add(f"maps from {Path(recording).name}", folder, "", [*words, "--out", "{out}"])
+        taken = {job.folder for job in server.queue.jobs() if not job.over}
+        folder = free_name(server.roots.runs, safe_name(Path(recording).stem, "recording"), taken)
+        server.queue.add(f"maps from {Path(recording).name}", folder, "", [*words, "--out", "{out}"])
         self.page.see(folder)
 
 

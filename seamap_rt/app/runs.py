@@ -1,24 +1,31 @@
-"""The runs in a folder: what kind each is, what it says in a line, and which of its files the page gives away."""
+"""The runs in a folder: what each is, which of its files the page gives away; and the place where they are listed."""
 
 from __future__ import annotations
 
+import asyncio
 import os
+import time
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
+from nicegui import ui
 
 from ..errors import InputError
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
+from ..session.pace import duration
+from .jobs import Job
 from .safety import is_text, unreadable_product
 
 if TYPE_CHECKING:
-    from .desk import Desk
+    from .page import Page, ServerState
 
 
 _DEEPEST = 3
@@ -141,7 +148,7 @@ PRODUCTS = {  # that may be downloaded, with their types; a page of ours is show
 }
 
 
-def give_files(app: FastAPI, desk: Desk) -> None:
+def give_files(app: FastAPI, server: ServerState) -> None:
     """Adds the address `/files/RUN/NAME`."""
 
     @app.get("/files/{path:path}")
@@ -150,10 +157,10 @@ def give_files(app: FastAPI, desk: Desk) -> None:
         if name not in PRODUCTS or not run:
             return PlainTextResponse(f"no such product; there are {', '.join(PRODUCTS)}\n", 404)
         try:
-            file = desk.roots.run(run) / name
+            file = server.roots.run(run) / name
         except InputError as refusal:
             return PlainTextResponse(f"{refusal}\n", 404)
-        if not file.is_file() or not desk.roots.holds(file):
+        if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
         kind = PRODUCTS[name]
         shown = kind.startswith("text/html")
@@ -180,3 +187,160 @@ def address(run: str, name: str) -> str:
 def products_of(folder) -> list[str]:
     """What of a folder may be downloaded."""
     return [name for name in PRODUCTS if (folder / name).is_file()]
+
+
+_LOOK_S = 0.4
+_STATES = {
+    "queued": ("schedule", "waits"),
+    "running": ("sailing", "runs"),
+    "done": ("check_circle", "done"),
+    "cancelled": ("cancel", "cancelled"),
+    "failed": ("error", "failed"),
+}
+
+
+class RunsView:
+    """Jobs above, results below. Looks again while something runs."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.queue = page, page.server.queue
+        self._shown: tuple[tuple[str, str], ...] = ()
+        self._rows: dict[str, _Row] = {}
+        ui.label("Queue").classes("text-base font-bold")
+        self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
+        self._recordings: Any = None
+        self._recorded = ui.expansion("Recorded echoes", on_value_change=self._opened)
+        self._recorded.classes("w-full section").props("dense").mark("recordings")
+        with ui.row().classes("w-full items-center"):
+            ui.label("Results").classes("text-base font-bold")
+            ui.label(f"in {page.server.roots.runs}").classes("text-xs opacity-80 break-all")
+            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
+        self._results = ui.column().classes("w-full gap-1").mark("results")
+        ui.timer(_LOOK_S, self._look)
+
+    async def _opened(self, event: Any) -> None:
+        """What takes recordings, which is loaded when it is first wanted."""
+        if not event.value:
+            return
+        module = await asyncio.to_thread(import_module, "seamap_rt.app.recordings_view")
+        if self._recordings is None:
+            with self._recorded:
+                self._recordings = module.RecordingsPanel(self.page)
+        else:
+            self._recordings.fill()
+
+    async def enter_async(self) -> None:
+        self._look()
+        await self._find()
+
+    def enter(self) -> None:
+        """Shown again."""
+        ui.timer(0.01, self.enter_async, once=True)
+
+    def _look(self) -> None:
+        """The jobs as they are now; the rows are made anew only where their states have changed."""
+        jobs = self.queue.jobs()
+        states = tuple((job.name, job.state) for job in jobs)
+        if states != self._shown:
+            ended = self._shown and any(job.over for job in jobs)
+            self._shown = states
+            self._jobs.clear()
+            with self._jobs:
+                self._rows = {job.name: _Row(self.page, job) for job in jobs}
+                if not jobs:
+                    ui.label("Nothing waits. Choose a scene in Design and press Run.").classes("text-sm opacity-80")
+            if ended:
+                ui.timer(0.01, self._find, once=True)
+        for job in jobs:
+            if not job.over:
+                self._rows[job.name].update(job)
+
+    async def _find(self) -> None:
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
+        self._results.clear()
+        with self._results:
+            for entry in entries:
+                self._entry(entry)
+            if not entries:
+                ui.label("No results yet: what runs here, or was run into this folder, is listed.").classes(
+                    "text-sm opacity-80"
+                )
+
+    def _entry(self, entry: RunEntry) -> None:
+        folder = self.page.server.roots.runs / entry.name
+        with (
+            ui.card().classes("w-full p-2 gap-0").props("flat bordered"),
+            ui.row().classes("w-full items-center gap-2"),
+        ):
+            with ui.column().classes("gap-0 grow min-w-0"):
+                ui.label(f"{entry.name} · {entry.kind}").classes("font-bold text-sm break-all")
+                ui.label(f"{_when(entry.when)}{f' · {entry.title}' if entry.title else ''}").classes(
+                    "text-xs opacity-80"
+                )
+                if entry.headline:
+                    ui.label(entry.headline).classes("text-sm")
+            if entry.kind == "simulation":
+                again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
+                again.props("dense no-caps flat").props["aria-label"] = f"Retrieve {entry.name}"
+            see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
+            see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
+            with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
+                for name in products_of(folder):
+                    ui.menu_item(name, on_click=partial(ui.navigate.to, address(entry.name, name), new_tab=True))
+
+    def _retrieve(self, name: str) -> None:
+        """Maps from the echoes of a simulation, in a folder beside it."""
+        taken = {job.folder for job in self.queue.jobs() if not job.over}
+        folder = free_name(self.page.server.roots.runs, f"{name}-maps", taken)
+        echoes = self.page.server.roots.run(name) / "echoes.zarr"
+        self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
+
+
+def open_folder(page: Page, name: str, kind: str | None) -> None:
+    """A folder of results where it is seen: a trade in its own place, all else in See."""
+    if kind == "trade":
+        page.tab.trade = name
+        page.go("Trade")
+    else:
+        page.see(name)
+
+
+class _Row:
+    """One job: its name, a bar, a line, a button."""
+
+    def __init__(self, page: Page, job: Job) -> None:
+        self.page = page
+        icon, words = _STATES[job.state]
+        with ui.card().classes("w-full p-2 gap-1").props("flat bordered").mark(f"job-{job.folder}"):
+            with ui.row().classes("w-full items-center gap-2 no-wrap"):
+                ui.icon(icon).classes("text-xl")
+                with ui.column().classes("gap-0 grow min-w-0"):
+                    ui.label(f"{job.folder} · {words}").classes("font-bold text-sm break-all")
+                    ui.label(job.title).classes("text-xs opacity-80")
+                    self._line = ui.label(job.reason).classes("text-sm").props("role=status")
+                if not job.over:
+                    ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name)).props(
+                        "flat dense no-caps"
+                    ).mark(f"cancel-{job.folder}")
+                else:
+                    ui.button(icon="close", on_click=lambda: page.server.queue.forget(job.name)).props(
+                        'flat dense round aria-label="Remove from the list; results stay"'
+                    )
+                if job.state != "queued":
+                    kind = "trade" if job.words[0] == "trade" else None
+                    see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))
+                    see.props("dense no-caps")
+            if not job.over:
+                self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress" rounded size=8px')
+
+    def update(self, job: Job) -> None:
+        """How far it is."""
+        now = self.page.server.queue.progress(job)
+        self._bar.value = round(now.share, 3)
+        left = "" if now.left_s is None else f" · about {duration(now.left_s)} left"
+        asked = " · asked to end: whole turns stay" if job.reason else ""
+        self._line.set_text(f"{now.line}{left}{asked}")
+
+
+def _when(then: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(then))

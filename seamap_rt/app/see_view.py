@@ -16,12 +16,12 @@ from nicegui import ui
 from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
-from .drawing import Canvas, grey_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
 from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
+from .widgets import Canvas, grey_of
 
 if TYPE_CHECKING:
     from .page import Page
@@ -98,8 +98,8 @@ class SeeView:
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
-        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
-        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] != "trade"]
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
+        queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] != "trade"]
         self._kinds = {entry.name: entry.kind for entry in entries}
         names: list[str] = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *self._kinds]))
         mapped = (name for name in names if self._kinds.get(name, "run") in MAPPED)
@@ -145,7 +145,7 @@ class SeeView:
     async def _look_at(self, run: str) -> None:
         try:
             if self.source is None:
-                folder = self.page.desk.roots.run(run)
+                folder = self.page.server.roots.run(run)
                 if await self._is_study(folder):
                     return
                 opened = await asyncio.to_thread(_opened, folder)
@@ -185,7 +185,7 @@ class SeeView:
         """Whether a folder has no turns but is shown all the same; then it is."""
         if self._study == self.tab.run:
             return True
-        kind, job = kind_of(folder), self.page.desk.queue.of_folder(self.tab.run)
+        kind, job = kind_of(folder), self.page.server.queue.of_folder(self.tab.run)
         if kind not in _STUDIES or (job is not None and not job.over):
             return False
         self._study = self.tab.run
@@ -220,9 +220,9 @@ class SeeView:
             part.set_visibility(turns)
 
     def _wait_for_it(self, why: str = "") -> None:
-        job = self.page.desk.queue.of_folder(self.tab.run)
+        job = self.page.server.queue.of_folder(self.tab.run)
         if job is not None and not job.over:
-            line = self.page.desk.queue.progress(job).line
+            line = self.page.server.queue.progress(job).line
             turns = job.words[0] in ("run", "retrieve", "simulate")
             when = "Its maps appear here when the first turn is whole." if turns else "It appears here when it is done."
             self._tell(f"{self.tab.run}: {line}. {when}")
@@ -358,7 +358,7 @@ class SeeView:
     # ------------------------------------------------------------------------------------------------- exporting
 
     def _fill_menu(self) -> None:
-        folder = self.page.desk.roots.run(self.tab.run)
+        folder = self.page.server.roots.run(self.tab.run)
         self._menu.clear()
         with self._menu:
             for name in products_of(folder):
@@ -399,7 +399,7 @@ _PANELS = {  # and what shows them: loaded when a view is first chosen
     "section": ("curve_panels", "SectionPanel"),
     "range": ("curve_panels", "RangePanel"),
     "state": ("curve_panels", "StatePanel"),
-    "gauges": ("gauge_view", "GaugePanel"),
+    "gauges": ("study_views", "GaugePanel"),
     "forecast": ("forecast_view", "ForecastPanel"),
     "sea": ("sea_view", "SeaPanel"),
 }

@@ -53,23 +53,22 @@ def _server(runs: Path, gate: Gate) -> Any:
     from nicegui import ui
 
     from . import design_view  # noqa: F401  what is seen first: it is ready when the browser comes
-    from .desk import Desk
-    from .fields import scene_schema
-    from .page import show
+    from .draft import scene_schema
+    from .page import ServerState, show
     from .runs import give_files
 
-    desk = Desk.of(runs)
+    server = ServerState.of(runs)
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    give_files(outer, desk)
+    give_files(outer, server)
 
     async def root() -> None:
-        await show(desk)
+        await show(server)
 
     ui.run_with(
         outer, root=root, title="seamap_rt", favicon="🌊", dark=None, show_welcome_message=False, reconnect_timeout=60.0
     )
     page_app.on_startup(lambda: asyncio.to_thread(scene_schema))  # of the form, while the browser loads the page
-    page_app.on_shutdown(partial(_close, desk))
+    page_app.on_shutdown(partial(_close, server))
     config = uvicorn.Config(
         Guard(outer, gate),
         log_level="warning",
@@ -81,13 +80,13 @@ def _server(runs: Path, gate: Gate) -> Any:
     return uvicorn.Server(config)
 
 
-def _close(desk: Any) -> None:
+def _close(server: Any) -> None:
     """End what runs; and the process, whatever a library still waits for by then."""
     last = threading.Timer(_LONGEST_END_S, os._exit, (INTERRUPTED,))
     last.daemon = True
     last.start()
     drawing.close()
-    desk.queue.close()
+    server.queue.close()
 
 
 def _listening(host: str, port: int) -> socket.socket:

@@ -1,35 +1,174 @@
-"""The place where keys of the design are varied: a grid of runs in the queue, whose points arrive one by one."""
+"""The place where keys of the design are varied: a grid of runs in the queue, whose points arrive one by one.
+
+A trade keeps the figures of its points, not their maps: the same scene with the same seed gives the same maps again.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import tomllib
+from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import events, ui
 
 from ..errors import InputError
+from ..io.opening import load, open_dataset, read_json
+from ..io.scenefile import apply_overrides
+from ..report.keys import words_of
+from ..scene import Scene, scene_of
+from ..studies.point import MANIFEST
+from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
+from .draft import Field, parts_of
 from .prospects import run_seconds
-from .runs import address, find_runs, free_name, products_of
-from .runs_view import duration
-from .trading import (
-    MEASURES,
-    Point,
-    advice,
-    count_of,
-    folder_of_point,
-    graph,
-    numeric_fields,
-    place_of,
-    read_points,
-    scene_of_point,
-    words_of,
-    words_of_point,
-)
+from .runs import address, duration, find_runs, free_name, products_of
+from .safety import Roots, safe_name
 
 if TYPE_CHECKING:
     from .page import Page
+
+
+MEASURES = {
+    "fully_measured_radius_m": "Fully measured radius (m)",
+    "reach_m": "Reach (m)",
+    "missed_share": "Share of cells missed",
+    "height_rmse_m": "Height error, rms (m)",
+}
+_MOST_FILES = 20_000
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point: the varied keys' values, its seed, how it ended and its figures."""
+
+    keys: dict[str, Any]
+    seed: int
+    status: str
+    reason: str
+    metrics: dict[str, float]
+
+
+def read_points(folder: Path) -> list[Point]:
+    """What is there of a trade's points. Files that are not whole are left out."""
+    found = []
+    for number, path in enumerate(sorted((folder / "points").glob("*.json"))):
+        if number >= _MOST_FILES:
+            break
+        try:
+            told = read_json(path, below=folder)
+            metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
+            found.append(
+                Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)
+            )
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            continue
+    return found
+
+
+def numeric_fields(scene: Scene) -> list[Field]:
+    """The keys of a scene that are numbers, which can be varied in steps."""
+    tree = scene.model_dump(mode="python")
+    return [field for part in parts_of(tree) for field in part.fields if field.kind == "number"]
+
+
+def command_words(vary: list[str], seeds: int, at_most: float | None = None) -> list[str]:
+    """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
+    varied = parse_varies(vary)
+    refuse_limit(varied, at_most)
+    if not 1 <= seeds <= 64:
+        raise InputError(f"--seeds {seeds}: must be 1 to 64")
+    limit = [] if at_most is None else ["--at-most", f"{at_most:g}"]
+    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds), *limit]
+
+
+def advice(folder: Path) -> str:
+    """What a trade that has ended recommends, as its own page says it; empty before."""
+    from ..studies.choices import recommendations
+
+    path = folder / "trade.nc"
+    try:
+        with open_dataset(path, below=folder) as opened:
+            table = load(opened, path.name, path)
+            return ". ".join(line[0].upper() + line[1:] for line in recommendations(table))
+    except (OSError, ValueError, KeyError):
+        return ""
+
+
+def count_of(vary: list[str], seeds: int) -> int:
+    """Points that a trade has."""
+    return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
+
+
+def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | None:
+    """The measure against the first key, a curve for each value of the others: means over seeds, and every seed.
+
+    None where no point has it yet.
+    """
+    done = [each for each in points if each.status == "done" and measure in each.metrics]
+    keys = list(done[0].keys) if done else []
+    if not keys:
+        return None
+    first, others = keys[0], {key: words_of(key) for key in keys[1:]}
+    curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
+    for each in done:
+        name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
+        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
+    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.PURPLE, figures.ORANGE, figures.SKY)
+    data: list[figures.Figure] = []
+    for number, (name, values) in enumerate(sorted(curves.items())):
+        colour = colours[number % len(colours)]
+        places = sorted(values, key=lambda each: (isinstance(each, str), each))
+        label = ", ".join(name) or "mean over seeds"
+        mean = [float(np.mean(values[place])) for place in places]
+        data.append({
+            "type": "scatter", "mode": "lines+markers", "x": places, "y": figures.plain(mean),
+            "name": figures.text(label), "line": {"color": colour}, "marker": {"size": 9},
+        })  # fmt: skip
+        data.append({
+            "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
+            "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
+            "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
+        })  # fmt: skip
+    look = figures.layout(
+        dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
+        xaxis=figures.axis(words_of(first).label, dark),
+        yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
+    )  # fmt: skip
+    return figures.figure(data, look, figures.CONFIG)
+
+
+def place_of(value: Any) -> Any:
+    """Where a value stands on a graph's axis: a number, or words."""
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))
+
+
+def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
+    """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
+    try:
+        told: Any = read_json(folder / MANIFEST, below=folder)
+        tree = tomllib.loads(str(told["scene"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{folder.name}: its {MANIFEST} cannot be read; the point cannot be run again") from None
+    whole = apply_overrides(tree, {**point.keys, "seed": point.seed})
+    roots.check_files(whole)
+    return scene_of(whole)
+
+
+def folder_of_point(trade: str, point: Point) -> str:
+    """Where a run of a point goes: beside the trade, by its values and its seed."""
+    values = "_".join(f"{key.rsplit('.', 1)[-1]}={value}" for key, value in point.keys.items())
+    return f"{trade}_{safe_name(values, 'point')}_seed={point.seed}"
+
+
+def words_of_point(point: Point) -> str:
+    """A point in words: its values with their units, and its seed."""
+    told = ", ".join(f"{words_of(key).name} {value} {words_of(key).unit}".strip() for key, value in point.keys.items())
+    return f"{told}, seed {point.seed}"
+
 
 _LOOK_S = 1.0
 _FIRST = "radar.height_m"
@@ -90,9 +229,9 @@ class TradeView:
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
-        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind == "trade"]
-        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "trade"]
+        queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] == "trade"]
         names = list(dict.fromkeys([*queued, *names]))
         wanted = self.tab.trade or self._choice.value
         chosen = wanted if wanted in names else next(iter(names), None)
@@ -110,7 +249,7 @@ class TradeView:
         """How many points that is, or why it is none."""
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words_of(vary, seeds, self._at_most.value)
+            command_words(vary, seeds, self._at_most.value)
             if not vary:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
@@ -120,29 +259,31 @@ class TradeView:
             self._said.set_text(str(refusal))
 
     def _time(self, guess_s: float) -> str:
-        pace = self.page.desk.queue.pace("trade")
+        pace = self.page.server.queue.pace("trade")
         if pace is None:
             return f"; guessed to take {duration(guess_s)} (no trade was run here)"
         return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
-        scene, desk = self.tab.draft.scene, self.page.desk
+        scene, server = self.tab.draft.scene, self.page.server
         if scene is None:
             self._said.set_text("The design does not stand yet: mend in Design what is marked.")
             return
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = words_of(vary, seeds, self._at_most.value)
+            words = command_words(vary, seeds, self._at_most.value)
             if not vary:
                 raise InputError("Choose a key, and its values.")
             count = count_of(vary, seeds)
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
-        taken = {job.folder for job in desk.queue.jobs() if not job.over}
-        folder = free_name(desk.roots.runs, f"{scene.name}-trade", taken)
+        taken = {job.folder for job in server.queue.jobs() if not job.over}
+        folder = free_name(server.roots.runs, f"{scene.name}-trade", taken)
         guess = count * run_seconds(scene) / 2.0
-        desk.queue.add(", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess)
+        server.queue.add(
+            ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
+        )
         self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
         self._count = -1
         self._said.set_text(f"Queued as {folder}: its points appear below.")
@@ -166,11 +307,11 @@ class TradeView:
             self._plot.set_visibility(False)
             self._chosen_row.set_visibility(False)
             return
-        folder = self.page.desk.roots.runs / str(name)
+        folder = self.page.server.roots.runs / str(name)
         points = await asyncio.to_thread(read_points, folder)
-        job = self.page.desk.queue.of_folder(str(name))
+        job = self.page.server.queue.of_folder(str(name))
         if job is not None and not job.over:
-            self._said.set_text(self.page.desk.queue.progress(job).line)
+            self._said.set_text(self.page.server.queue.progress(job).line)
         elif job is not None and job.reason:
             self._said.set_text(f"{job.state}: {job.reason}")
         if len(points) == self._count:
@@ -225,7 +366,7 @@ class TradeView:
         if point is None:
             self._point_said.set_text("")
             return
-        there = self.page.desk.awaited(folder_of_point(trade, point))
+        there = self.page.server.awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
         self._point_said.set_text(
             "Its maps are there, or come." if there else
@@ -235,18 +376,18 @@ class TradeView:
 
     def _open_maps(self) -> None:
         """Of a run of the point: the one that is there, else one that is queued now."""
-        point, trade, desk = self._chosen_point, str(self._choice.value), self.page.desk
+        point, trade, server = self._chosen_point, str(self._choice.value), self.page.server
         if point is None:
             return
         name = folder_of_point(trade, point)
-        if not desk.awaited(name):
+        if not server.awaited(name):
             try:
-                scene = scene_of_point(desk.roots.runs / trade, point, desk.roots)
+                scene = scene_of_point(server.roots.runs / trade, point, server.roots)
             except InputError as refusal:
                 self._point_said.set_text(str(refusal))
                 return
             title = f"{trade}: {words_of_point(point)}"
-            desk.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
+            server.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
         self.page.see(name)
 
     def _into_design(self) -> None:

@@ -15,15 +15,14 @@ from ..compute.machine import one_blas_thread
 from ..conventions import db, from_db, written
 from ..errors import InputError
 from ..io.text import shown
-from ..measured import FULLY_MEASURED, LEVEL, Rings
+from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
 from ..radar import link
 from ..radar.array import as_it_looks
 from ..scene import Scene, SceneLike, as_scene
 from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
-from .design import Design
-from .error import Spectrum, ambiguous_share, error_variance, information, score
+from .error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .strips import (
     LOOKS,
@@ -174,7 +173,7 @@ def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
 
 def _radii(ranges: Array, quality: Array) -> dict[str, Any]:
     even, none = np.ones(ranges.size), np.zeros(ranges.size)
-    figures = Rings(ranges, quality, even, even, none).figures
+    figures = CoverageProfile(ranges, quality, even, even, none).figures
     return {name: figures[name] for name in ("fully_measured_radius_m", "reach_m", "reach_to_the_end")}
 
 

@@ -37,7 +37,7 @@ from ..radar.pose import boat_axes
 from ..scene import Scene
 from ..sea.wave_trains import Components
 from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
-from .design import Design
+from .error import Design
 from .strips import STARTS, Waves, azimuths, directions
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .curves import error_against_range, height_scatter, timing, visible_share
     from .maps import echo_power, height_maps, slope_maps
     from .page import write_report
-    from .sea_words import fold_warning, ground_warning, warnings
+    from .sea_statistics import fold_warning, ground_warning, warnings
 
 __all__ = [
     "echo_power",
@@ -35,6 +35,6 @@ __getattr__ = lazy_attributes(
         "curves": "error_against_range height_scatter timing visible_share",
         "maps": "echo_power height_maps slope_maps",
         "page": "write_report",
-        "sea_words": "fold_warning ground_warning warnings",
+        "sea_statistics": "fold_warning ground_warning warnings",
     },
 )

@@ -16,7 +16,6 @@ from matplotlib.patches import Rectangle, Wedge
 from ..conventions import unit_from_azimuth
 from ..scene import Scene
 from ..sea import wave_facts
-from ..settings import SinusoidWaves, WaveSystem
 from . import reduce, style
 from .reduce import Array
 
@@ -318,25 +317,13 @@ def _circle_step(far: float) -> float:
 # ------------------------------------------------------------------------------------------- the key below a map
 
 
-def describe_waves(waves: WaveSystem, depth: float) -> str:
-    """A wave system in a few words."""
-    facts = wave_facts(waves, depth)
-    if facts is None:
-        return "no waves"
-    if isinstance(waves, SinusoidWaves):
-        size = f"{waves.height_m:.3g} m high, {waves.wavelength_m:.3g} m long"
-    else:
-        size = f"Hs {facts.height:.3g} m, Tp {facts.peak_period:.3g} s"
-    return f"waves from {facts.from_deg:.4g}°, {size}"
-
-
 def _key_items(scene: Scene) -> list[tuple[str, float | str]]:
     """Texts of the key, each with its arrow's azimuth or its symbol's name."""
     items: list[tuple[str, float | str]] = [("north", 0.0)]
     for waves in scene.sea.waves:
         facts = wave_facts(waves, scene.sea.depth_m)
         if facts is not None:
-            items.append((describe_waves(waves, scene.sea.depth_m), facts.from_deg + 180.0))
+            items.append((reduce.describe_waves(waves, scene.sea.depth_m), facts.from_deg + 180.0))
     wind = scene.scattering
     text = f"wind {wind.wind_speed_m_s:.3g} m/s from {wind.wind_from_deg % 360.0:.4g}°"
     items.append((text, wind.wind_from_deg + 180.0))

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 import importlib.metadata
-import importlib.resources
 import platform
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import jinja2
 import numpy as np
 import xarray as xr
 
@@ -19,34 +15,18 @@ from ..forecast_errors import Verified
 from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
-from . import curves, evolution, forecast_figures, gauge_figures, reduce, style, window_figures
+from . import curves, evolution, forecast_figures, gauge_figures, reduce
 from .headline import headline, run_line, summary, verdict
-from .page_elements import NOTHING, Table, count, digits, metres, percent
+from .page_elements import NOTHING, Fold, Table, columns_table, count, decimals, digits, html_page, metres, percent
 from .pictures import pictures
-from .sea_words import fold_warning, sea_rows, warnings
+from .sea_statistics import fold_warning, sea_rows, warnings
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
 
 
-class Entry(NamedTuple):
-    """A part of the simulation, in words."""
-
-    what: str
-    why: str
-    cost: str
-    error: str
-    source: str
-
-
-@dataclass(frozen=True)
-class Account:
-    """What was modelled, or was not; without a cost if its heading is empty."""
-
-    title: str
-    cost: str
-    error: str
-    entries: Sequence[Entry]
+_MODELLED = {"what": "What", "why": "Why", "cost": "Cost", "error": "Error of leaving it out", "source": "By"}
+_LEFT_OUT = {"what": "What", "why": "Why", "error": "Error that it costs", "source": "By"}
 
 
 def write_report(
@@ -70,29 +50,36 @@ def write_report(
     directory.mkdir(parents=True, exist_ok=True)
     shown = []
     for picture in pictures(scene, maps, truth, metrics, echoes, gauges, verified, windows):
-        drawn = picture.draw()
-        kind, data = ("gif", drawn) if isinstance(drawn, bytes) else ("png", style.png(drawn))
-        write_whole(directory / f"{picture.name}.{kind}", data)
-        shown.append({"picture": picture, "kind": kind, "data": base64.b64encode(data).decode("ascii")})
-    page = _template().render(
-        scene=scene,
-        run=run_line(scene),
-        title=scene.title or scene.name,
-        verdict=verdict(metrics),
-        warnings=warnings(metrics),
-        summary=summary(scene, truth, metrics),
-        headline=headline(metrics),
-        shown=shown,
-        tables=tables(scene, maps, truth, metrics),
-        accounts=(
-            Account("What was modelled", "Cost", "Error of leaving it out", _entries(metrics.get("modelled"))),
-            Account("What was left out", "", "Error that it costs", _entries(metrics.get("left_out"))),
-        ),
-        scene_toml=scene.to_toml(),
-    )
+        shown.append(picture.image())
+        write_whole(directory / f"{picture.name}.{shown[-1].kind}", shown[-1].data)
+    answer = verdict(metrics)
     path = directory / REPORT
+    page = html_page(
+        scene.title or scene.name,
+        [answer] if answer else [],
+        shown,
+        (
+            Fold("What was modelled", _account(metrics.get("modelled"), _MODELLED)),
+            Fold("What was left out", _account(metrics.get("left_out"), _LEFT_OUT)),
+            Fold("Tables", tables(scene, maps, truth, metrics)),
+            Fold("The scene, every key resolved", text=scene.to_toml()),
+        ),
+        run=run_line(scene),
+        warnings=warnings(metrics),
+        headline=headline(metrics),
+        words=summary(scene, truth, metrics),
+    )
     write_whole(path, page)
     return path
+
+
+def _account(entries: Any, columns: Mapping[str, str]) -> list[Table]:
+    """What the metrics say of a list of mappings or of plain sentences; columns: heads by the mappings' keys."""
+    rows = []
+    for entry in entries if isinstance(entries, list | tuple) else ():
+        told = entry if isinstance(entry, Mapping) else {"what": str(entry)}
+        rows.append([str(told.get(name) or NOTHING) for name in columns])
+    return [Table("", list(columns.values()), rows, words=True, nothing="The metrics do not say.")]
 
 
 # ------------------------------------------------------------------------------------------------------ the tables
@@ -101,7 +88,7 @@ def write_report(
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
     made = [*evolution.turn_table(retrieved, truth), *forecast_figures.forecast_table(metrics.get("prediction") or [])]
-    made += [*window_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
+    made += [*forecast_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
     made += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
     return [*made, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 
@@ -111,18 +98,24 @@ def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
     mesh = metrics.get("mesh")
     if not isinstance(mesh, Mapping):
         return []
-    errors = (("height_error_m", lambda v: digits(v, 3)), ("power_error_db", lambda v: digits(v, 2)))
-    rows = [
-        [digits(row["range_m"], 0), *(write(row[name]) for name, write in errors), percent(row["visible_error"])]
-        for row in mesh.get("by_range", ())
-    ]
     note = (
         f"Rungs {mesh['facet_m']:g} m apart, {mesh['columns_per_beam']} columns a beam; what forbids a coarser mesh: "
         f"{mesh['limited_by'] or NOTHING}. Predicted from the sea's spectrum, rms over cells more than half visible, "
         "in the expectation over speckle; over the window, in the look that errs most, "
         f"{metres(mesh['height_error_m'])} and {digits(mesh['power_error_db'], 2)} dB."
     )
-    return [Table("The mesh", ("Range (m)", "Height error (m)", "Power error (dB)", "Visible share"), rows, note)]
+    columns = {
+        "range_m": ("Range (m)", decimals(0)),
+        "height_error_m": ("Height error (m)", decimals(3)),
+        "power_error_db": ("Power error (dB)", decimals(2)),
+        "visible_error": ("Visible share", percent),
+    }
+    by_range = mesh.get("by_range", ())
+    return [
+        columns_table(
+            "The mesh", [(head, [row[k] for row in by_range], write) for k, (head, write) in columns.items()], note
+        )
+    ]
 
 
 def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:
@@ -130,14 +123,12 @@ def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:
     scale = metrics.get("calibration")
     if not isinstance(scale, Mapping):
         return []
-    names = ("grazing_deg", "up_wind_db", "cross_wind_db", "down_wind_db")
-    columns = [reduce.series(scale.get(name)) for name in names]
-    rows = [
-        [digits(row[0], 2), *(digits(value, 1, signed=True) for value in row[1:])] for row in zip(*columns, strict=True)
-    ]
-    head = ("Grazing (°)", "Up-wind (dB)", "Cross-wind (dB)", "Down-wind (dB)")
+    heads = {"grazing_deg": "Grazing (°)", "up_wind_db": "Up-wind (dB)", "cross_wind_db": "Cross-wind (dB)"}
+    heads |= {"down_wind_db": "Down-wind (dB)"}
+    writers = [decimals(2), *[decimals(1, signed=True)] * 3]
+    columns = [(heads[k], reduce.series(scale.get(k)), write) for k, write in zip(heads, writers, strict=True)]
     note = "What is added to the theory's mean echo to make it that of the measured model, shadows included."
-    return [Table("Calibration of the mean echo", head, rows, note)]
+    return [columns_table("Calibration of the mean echo", columns, note)]
 
 
 def _sea_table(metrics: Mapping[str, Any]) -> Table:
@@ -149,37 +140,26 @@ def _sea_table(metrics: Mapping[str, Any]) -> Table:
 
 
 def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
-    diffracted = scene.tracing.diffraction != "none"
     centres = reduce.series(metrics.get("range_m"))
-    columns = [
-        ("Range (m)", centres, lambda value: digits(value, 1)),
-        *(
-            (title, reduce.series(metrics.get(name), centres.size), write)
-            for title, name, write in (
-                ("Height error, rms (m)", "height_rmse_m", lambda value: digits(value, 3)),
-                ("Robust (m)", "height_robust_m", lambda value: digits(value, 3)),
-                ("Bias (m)", "height_bias_m", lambda value: digits(value, 3, signed=True)),
-                ("Slope error, rms", "slope_rmse", lambda value: digits(value, 3)),
-                ("Visible share", "visible_fraction", percent),
-                ("Cells", "cells", lambda value: digits(value, 0)),
-                *((("Power with diffraction", "illumination", percent),) if diffracted else ()),
-            )
-        ),
-    ]
-    rows = [[write(values[index]) for _, values, write in columns] for index in range(centres.size)]
-    return Table(
-        "Against range",
-        [title for title, _, _ in columns],
-        rows,
-        "Cells more than half visible; bins of few are not drawn.",
-    )
+    columns = {
+        "height_rmse_m": ("Height error, rms (m)", decimals(3)),
+        "height_robust_m": ("Robust (m)", decimals(3)),
+        "height_bias_m": ("Bias (m)", decimals(3, signed=True)),
+        "slope_rmse": ("Slope error, rms", decimals(3)),
+        "visible_fraction": ("Visible share", percent),
+        "cells": ("Cells", decimals(0)),
+    }
+    if scene.tracing.diffraction != "none":
+        columns["illumination"] = ("Power with diffraction", percent)
+    shown = [(head, reduce.series(metrics.get(k), centres.size), write) for k, (head, write) in columns.items()]
+    note = "Cells more than half visible; bins of few are not drawn."
+    return columns_table("Against range", [("Range (m)", centres, decimals(1)), *shown], note)
 
 
 def _time_table(metrics: Mapping[str, Any]) -> Table:
-    runs = curves.timing_runs(metrics)
     stages = (*curves.STAGES, "total")
-    rows = [[stage, *(digits(run.get(stage), 3) for _, run in runs)] for stage in stages]
-    return Table("Wall time (s)", ["Stage", *(name for name, _ in runs)], rows)
+    runs = [(name, [run.get(stage) for stage in stages], decimals(3)) for name, run in curves.timing_runs(metrics)]
+    return columns_table("Wall time (s)", [("Stage", stages, str), *runs])
 
 
 def _run_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
@@ -208,25 +188,3 @@ def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
         except importlib.metadata.PackageNotFoundError:
             versions.append((package, NOTHING))
     return versions
-
-
-def _entries(entries: Any) -> list[Entry]:
-    """What the metrics say of a list of {"what", "why", "cost", "error", "source"} or of plain sentences."""
-    rows = []
-    for entry in entries if isinstance(entries, list | tuple) else ():
-        if isinstance(entry, Mapping):
-            rows.append(Entry(*(str(entry.get(name) or NOTHING) for name in Entry._fields)))
-        else:
-            rows.append(Entry(str(entry), *[NOTHING] * (len(Entry._fields) - 1)))
-    return rows
-
-
-# --------------------------------------------------------------------------------------------------------- the file
-
-
-def _template() -> jinja2.Template:
-    source = importlib.resources.files("seamap_rt.report").joinpath("report.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.from_string(source)

@@ -1,21 +1,24 @@
-"""What pages are put together from: pictures, tables, numbers written out; and a page that answers, in one file."""
+"""What pages are put together from: pictures, tables, numbers written out; and the page itself, in one file."""
 
 from __future__ import annotations
 
 import base64
-import importlib.resources
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..conventions import written
 from . import reduce
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 NOTHING = "—"
+Column = tuple[str, Iterable[Any], Callable[[Any], str]]  # head, values, and how one is written
 
 
 @dataclass(frozen=True)
@@ -28,21 +31,83 @@ class Picture:
     caption: str
     draw: Callable[[], Figure | bytes]  # bytes are a GIF already
 
+    def image(self, dark: bool = False) -> Image:
+        """Drawn, for a light or a dark page; some tenths of a second."""
+        from . import style  # loads matplotlib
+
+        figure = self.draw()
+        data, kind = (figure, "gif") if isinstance(figure, bytes) else (style.png(figure, dark), "png")
+        return Image(self.name, self.title, self.alt, self.caption, data, kind)
+
+
+class Image(NamedTuple):
+    """A picture that is drawn; kind: png or gif."""
+
+    name: str
+    title: str
+    alt: str
+    caption: str
+    data: bytes
+    kind: str = "png"
+
+    @property
+    def source(self) -> str:
+        """As an address."""
+        return f"data:image/{self.kind};base64,{base64.b64encode(self.data).decode('ascii')}"
+
+    @classmethod
+    def of(cls, title: str, png: bytes, caption: str) -> Image:
+        """Of a figure that needs no further words."""
+        return cls(title.lower().replace(" ", "_"), title, f"{title}: {caption}", caption, png)
+
+
+class Cell(NamedTuple):
+    """Of a table: text, and the number by which it is sorted; None: by the text."""
+
+    text: str
+    by: float | None = None
+
+
+def cell(value: Any) -> Cell:
+    return Cell(f"{value:g}", float(value)) if isinstance(value, float) else Cell(str(value))
+
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page, its cells already written out."""
+    """A table of the page, its cells already written out. words: no column is of numbers; nothing: if it has no row."""
 
     title: str
     head: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    rows: Sequence[Sequence[str | Cell]]
     note: str = ""
+    words: bool = False
+    nothing: str = "No cells."
+
+
+def columns_table(title: str, columns: Sequence[Column], note: str = "") -> Table:
+    """Of values and how each is written, column by column."""
+    texts = [[write(value) for value in values] for _, values, write in columns]
+    return Table(title, [head for head, _, _ in columns], list(zip(*texts, strict=True)), note)
+
+
+class Fold(NamedTuple):
+    """What opens under a title: tables, words each with a key or none, and plain text."""
+
+    title: str
+    tables: Sequence[Table] = ()
+    notes: Sequence[tuple[str, str]] = ()
+    text: str = ""
 
 
 def digits(value: Any, decimals: int, signed: bool = False) -> str:
     """A number as `written`, with a true minus sign; a dash for what is missing."""
     plain = reduce.number(value)
     return ("+" if signed and plain > 0.0 else "") + written(plain, decimals).replace("-", "−")
+
+
+def decimals(number: int, signed: bool = False) -> Callable[[Any], str]:
+    """How a column writes its values: `digits` with so many."""
+    return partial(digits, decimals=number, signed=signed)
 
 
 def metres(value: Any, decimals: int = 3, signed: bool = False) -> str:
@@ -60,53 +125,36 @@ def count(value: Any) -> str:
     return f"{number:,.0f}".replace(",", " ") if np.isfinite(number) else NOTHING
 
 
-class Cell(NamedTuple):
-    """Of the table: text, and the number by which it is sorted; None: by the text."""
-
-    text: str
-    by: float | None = None
-
-
-def cell(value: Any) -> Cell:
-    return Cell(f"{value:g}", float(value)) if isinstance(value, float) else Cell(str(value))
-
-
-def answer_page(
-    *,
+def html_page(
     title: str,
-    said: Sequence[str],
-    notes: Sequence[str],
-    figures: Sequence[tuple[str, bytes, str]],
-    table_title: str,
-    table_note: str,
-    files: Sequence[str],
-    heads: Sequence[str],
-    rows: Sequence[Sequence[Cell]],
-    small_print: Sequence[tuple[str, str]],
-    scene: str,
-    folded: str = "Words, keys and the scene",
+    verdicts: Sequence[str],
+    figures: Sequence[Image],
+    folds: Sequence[Fold],
+    *,
+    run: str = "",
+    warnings: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    headline: Sequence[tuple[str, str]] = (),
+    words: str = "",
+    table: Table | None = None,
+    files: Sequence[str] = (),
 ) -> str:
-    """One HTML file that needs no other. figures: title, PNG and caption; files: beside the page, with all figures;
-    small_print: words, and the key that they stand for or nothing; scene: as TOML, or
-    another description; folded: what it is called together with the small print."""
-    source = importlib.resources.files("seamap_rt.report").joinpath("answer.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.from_string(source).render(
-        title=title,
-        said=said,
-        notes=notes,
-        figures=[
-            {"title": name, "data": base64.b64encode(data).decode("ascii"), "words": words}
-            for name, data, words in figures
-        ],
-        table_title=table_title,
-        table_note=table_note,
-        files=files,
-        heads=heads,
-        rows=[[{"text": each.text, "by": "" if each.by is None else each.by} for each in row] for row in rows],
-        small_print=small_print,
-        scene=scene,
-        folded=folded,
-    )
+    """One HTML file that needs no other: what it comes to, figures, and what stands behind them.
+
+    run: what ran; headline: label and value of the main figures; words: how it was made; table: sorted by a click,
+    beside `files` of the page's folder.
+    """
+    heading = table.title if table is not None else "How it was made"
+    return templates().get_template("page.html.j2").render(
+        title=title, verdicts=verdicts, figures=figures, folds=folds, run=run, warnings=warnings, notes=notes,
+        headline=headline, words=words, table=table, files=files, heading=heading,
+    )  # fmt: skip
+
+
+def templates(*packages: str) -> jinja2.Environment:
+    """Those of this package, and before them those of others, by their names."""
+    loaders = [jinja2.PackageLoader(each, ".") for each in (*packages, "seamap_rt.report")]
+    return jinja2.Environment(
+        loader=jinja2.ChoiceLoader(loaders), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip

@@ -14,10 +14,10 @@ from ..conventions import turn_name
 from ..forecast_errors import Verified
 from ..scene import Scene
 from ..window_errors import Windows
-from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, spectrum_figures, window_figures
+from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, spectrum_figures
 from .headline import headline
 from .page_elements import Picture, digits
-from .sea_words import ground_warning
+from .sea_statistics import ground_warning
 
 
 def pictures(
@@ -37,7 +37,7 @@ def pictures(
         *evolution.film(scene, retrieved, truth),
         *(spectrum_figures.wave_height_pictures(metrics) if run.turns.size > 1 else ()),
         *forecast_figures.forecast_pictures(scene, retrieved, verified),
-        *window_figures.window_pictures(windows, scene.prediction.quiet.confidence),
+        *forecast_figures.window_pictures(windows, scene.prediction.quiet.confidence),
         *gauge_figures.gauge_pictures(gauges),
         _slope_maps(run),
         _error_against_range(run),

@@ -12,6 +12,7 @@ from ..conventions import db, wrap_degrees
 from ..metrics import headline_band, headline_gates
 from ..scene import Scene
 from ..sea import WaveFacts, wave_facts
+from ..settings import SinusoidWaves, WaveSystem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,6 +98,18 @@ def main_waves(scene: Scene) -> WaveFacts | None:
     """The highest of the wave systems; None without waves."""
     systems = [wave_facts(waves, scene.sea.depth_m) for waves in scene.sea.waves]
     return max((waves for waves in systems if waves is not None), key=lambda waves: waves.height, default=None)
+
+
+def describe_waves(waves: WaveSystem, depth: float) -> str:
+    """A wave system in a few words."""
+    facts = wave_facts(waves, depth)
+    if facts is None:
+        return "no waves"
+    if isinstance(waves, SinusoidWaves):
+        size = f"{waves.height_m:.3g} m high, {waves.wavelength_m:.3g} m long"
+    else:
+        size = f"Hs {facts.height:.3g} m, Tp {facts.peak_period:.3g} s"
+    return f"waves from {facts.from_deg:.4g}°, {size}"
 
 
 # ---------------------------------------------------------------------------------------------------- the datasets

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..inspection import Finding, Level
 from . import reduce, style
-from .page_elements import Cell, answer_page
+from .page_elements import Cell, Fold, Image, Table, html_page
 
 RETRIEVED = "retrieval.html"
 _VERDICTS = {"wrong": "1 surely wrong", "doubtful": "2 doubtful", "good": "3 good", "unknown": "4 cannot be told"}
@@ -30,19 +30,24 @@ def retrieved_page(
 ) -> str:
     """One HTML file that needs no other. said: sentences on top; radar: the echoes' attributes; source: their file."""
     grave = [finding.line for finding in findings if finding.verdict in ("wrong", "doubtful")]
-    return answer_page(
-        title=f"Heights retrieved from {source}",
-        said=[_sentence(line) for line in said],
+    table = Table(
+        "What the echoes say of themselves",
+        ("Verdict", "What", "Found", "What to do"),
+        [[Cell(text) for text in _row(finding)] for finding in findings],
+        "Nothing here knows the sea.",
+    )
+    described = "\n".join(f"{name} = {value}" for name, value in sorted(radar.items()))
+    return html_page(
+        f"Heights retrieved from {source}",
+        [f"{_sentence(line)}." for line in said],
+        [
+            Image.of("Map", style.png(map_of_turn(maps)), _MAPS),
+            Image.of("By range", style.png(by_range(maps)), _RANGES),
+        ],
+        [Fold("The radar as it is described", text=described)],
         notes=[f"{_sentence(line)}." for line in grave] or ["Nothing about the echoes was found to be doubtful."],
-        figures=[("Map", style.png(map_of_turn(maps)), _MAPS), ("By range", style.png(by_range(maps)), _RANGES)],
-        table_title="What the echoes say of themselves",
-        table_note="Nothing here knows the sea.",
+        table=table,
         files=["maps.nc"],
-        heads=["Verdict", "What", "Found", "What to do"],
-        rows=[[Cell(text) for text in _row(finding)] for finding in findings],
-        small_print=[],
-        scene="\n".join(f"{name} = {value}" for name, value in sorted(radar.items())),
-        folded="The radar as it is described",
     )
 
 

@@ -21,7 +21,6 @@ from matplotlib.ticker import MaxNLocator
 from ..scene import Scene
 from ..sea import Resolved
 from . import reduce, style
-from .maps import describe_waves
 from .page_elements import Picture
 from .reduce import Array
 
@@ -47,7 +46,7 @@ def _systems(scene: Scene, spectrum: xr.Dataset) -> list[_System]:
     values = {name: spectrum[name].values for name in spectrum.variables}
     return [
         _System(
-            describe_waves(scene.sea.waves[number], scene.sea.depth_m),
+            reduce.describe_waves(scene.sea.waves[number], scene.sea.depth_m),
             _COLOURS[row % len(_COLOURS)],
             _MARKERS[values["system_kind"][row]],
             values["system_kind"][row] == len(_MARKERS) - 1,

@@ -19,7 +19,7 @@ from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import clear_folder, growing, results_folder
 from ..radar.scan import turn_duration
-from ..report.facts import run_facts
+from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import FinishedTurn, Progress, deliver, iterate

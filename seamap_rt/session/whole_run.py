@@ -22,10 +22,10 @@ from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import FULL, KINDS, clear_folder, growing, results_folder, write_whole
 from ..io.text import to_json
-from ..measured import Rings
+from ..measured import CoverageProfile
 from ..metrics import error_figures
 from ..prediction import WaveField, issue, predictor_of, vessel_notes, vessel_of
-from ..report.facts import run_facts
+from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from ..wavefield import sea_state
@@ -242,7 +242,7 @@ def _metrics(
         "scene": scene.name,
         "seed": scene.seed,
         **error_figures(maps, truth),
-        "measured": Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
+        "measured": CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
         "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],

@@ -17,9 +17,10 @@ from ..conventions import written
 from ..errors import InputError
 from ..measured import FULLY_MEASURED, LEVEL
 from ..metrics import BIN_M
+from ..report.keys import words_of
 from ..scene import Scene, SceneLike, as_scene
 from .paired import FEWEST_SEEDS, WITHIN, Choice, choose, end_of, means, with_band
-from .vary import CIRCUMSTANCES, chosen_key, grid, labels, refuse_limit, scenes_of, words_of
+from .vary import CIRCUMSTANCES, chosen_key, grid, labels, refuse_limit, scenes_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,7 +29,7 @@ from ..errors import InputError
 from ..io.opening import read_json
 from ..io.results_folder import write_whole
 from ..io.validation import validate
-from ..measured import Rings
+from ..measured import CoverageProfile
 from ..metrics import BIN_M, error_figures
 from ..scene import Scene
 
@@ -43,7 +43,7 @@ _REMEMBERED_BYTES = 100e6  # of a sea's values: a turn of `choppy_sea` and its c
 IDLE_S = 60.0  # after which a process that is given no other point frees what it has kept
 
 
-class Kept:
+class SimulatorCache:
     """The last point's simulator, from which the next one takes over what is alike."""
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class SchedulerLost(RuntimeError):
 
 # Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.
 _ONE_AT_A_TIME = threading.Lock()
-KEPT = Kept()  # of this process
+CACHE = SimulatorCache()  # of this process
 _LONGEST_REASON = 400
 
 
@@ -208,7 +208,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     from ..session import iterate  # takes half a second
 
     with clock("sea"):
-        simulator = KEPT.simulator(scene)
+        simulator = CACHE.simulator(scene)
     maps, truths, facets, folded = [], [], 0.0, 0.0
     sigma, rings = float(simulator.sea.resolved.elevation_std), None
     for turn in iterate(scene, simulator=simulator):
@@ -218,12 +218,12 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
                 clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
         maps.append(turn.maps["polar"].to_dataset())
         truths.append(turn.truth["polar"].to_dataset())
-        seen = Rings.of(maps[-1], truths[-1], sigma)
+        seen = CoverageProfile.of(maps[-1], truths[-1], sigma)
         rings = seen if rings is None else rings + seen
         facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
         metrics = error_figures(_all_turns(maps), _all_turns(truths))
-    KEPT.finished(simulator)
+    CACHE.finished(simulator)
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
     cells = _cells(truths[0]["range"].values) * truths[0].sizes["azimuth"] * scene.turns
     edges = np.asarray(metrics["range_m"]) - 0.5 * BIN_M
@@ -239,7 +239,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     return {"metrics": overall, "by_range": by_range, "facts": facts}
 
 
-def _by_bin(rings: Rings) -> list[float | None]:
+def _by_bin(rings: CoverageProfile) -> list[float | None]:
     """Mean score of the cells of each of the metrics' bins that hold any."""
     number = np.unique(np.floor(rings.range_m / BIN_M), return_inverse=True)[1]
     score, cells = (np.bincount(number, each) for each in (rings.score, rings.cells))

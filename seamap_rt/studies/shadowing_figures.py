@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..report import style
-from ..report.page_elements import Cell, answer_page
+from ..report.page_elements import Cell, Fold, Image, Table, html_page
 from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
 from .visible_tally import LOOKS
 
@@ -161,19 +161,20 @@ _SEEN = "Mean height of what is seen (crests, at grazing angles), and lengths of
 
 def shadowing_page(data: xr.Dataset, lines: Sequence[str], shares: bytes, seen: bytes, seeds: int, scene: str) -> str:
     """lines: what the study says; shares, seen: its figures, as PNG; scene: as TOML."""
-    return answer_page(
-        title="Shadowing",
-        said=[line[0].upper() + line[1:] for line in lines],
+    words = ("Antenna height: mean height of the phase centres over mean sea level.", "radar.height_m")
+    return html_page(
+        "Shadowing",
+        [f"{line[0].upper()}{line[1:]}." for line in lines],
+        [Image.of("Visible share against range", shares, _SHARES), Image.of("What it is that is seen", seen, _SEEN)],
+        [Fold("Words, keys and the scene", notes=[words], text=scene)],
         notes=[_seeds(data, seeds)],
-        figures=[("Visible share against range", shares, _SHARES), ("What it is that is seen", seen, _SEEN)],
-        table_title="Half ranges",
-        table_note="The range beyond which half of the sea is shadowed, with its 95 % band.",
+        table=Table("Half ranges", _HEADS, _rows(data), _NOTE),
         files=["shadowing.csv", "shadowing.nc"],
-        heads=["Antenna height (m)", "Look", "Half range (m)", "from", "to", "Smith 1967 (m)"],
-        rows=_rows(data),
-        small_print=[("Antenna height: mean height of the phase centres over mean sea level.", "radar.height_m")],
-        scene=scene,
     )
+
+
+_HEADS = ("Antenna height (m)", "Look", "Half range (m)", "from", "to", "Smith 1967 (m)")
+_NOTE = "The range beyond which half of the sea is shadowed, with its 95 % band."
 
 
 def _rows(data: xr.Dataset) -> list[list[Cell]]:

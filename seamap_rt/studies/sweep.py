@@ -189,8 +189,7 @@ class Sweep:
         """The table and its figure, as files."""
         # Matplotlib takes its time to load, and workers draw nothing.
         from ..report import style
-        from .trade_figures import draw_trade
-        from .trade_page import trade_page
+        from .trade_figures import draw_trade, trade_page
 
         with uninterrupted():
             write_whole(self.folder / "trade.csv", rows(table))

@@ -23,7 +23,7 @@ from ..scene import SceneLike, as_scene
 from ..session.pace import duration
 from .choices import headline, least_confidence
 from .paired import Goal
-from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, load_point
+from .point import CACHE, Outcome, SchedulerLost, Task, compute, keep, load_point
 from .sweep import PRODUCTS, Sweep
 from .trade_table import Criterion
 from .vary import chosen_key, refuse_limit
@@ -73,38 +73,52 @@ class TradeProducts:
     lines: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class TradeOptions:
+    """How a trade is run and when it ends.
+
+    workers: processes that are spawned here (default one per core; 0: none, all in this process). until, budget_s:
+    seeds are added until every choice (see `recommendations`) has this confidence, 0.5 to 1, or so many seconds are
+    over; at most 64 seeds. at_most: of the varied height (or the key with the most numbers), the greatest value that is
+    recommended. resume: compute only what is missing, and what failed by an error or a killed worker; what a limit of
+    the scene refused stays so. It has to be the same scene, keys and version of the package; the seeds may be more or
+    fewer.
+    """
+
+    workers: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    criterion: Criterion | None = None
+    until: float | None = None
+    budget_s: float | None = None
+    at_most: float | None = None
+    progress: Progress | None = None
+
+    @property
+    def goal(self) -> Goal:
+        return Goal(self.until, self.budget_s, self.at_most)
+
+
 def trade(
     scene: SceneLike,
     vary: Mapping[str, Sequence[Any]],
     seeds: int = 1,
     client: Client | None = None,
     out: str | Path | None = None,
-    *,
-    workers: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    criterion: Criterion | None = None,
-    until: float | None = None,
-    budget_s: float | None = None,
-    at_most: float | None = None,
-    progress: Progress | None = None,
+    **options: Any,
 ) -> xr.Dataset:
     """How accurate maps are, and how far they reach, over keys of the scene: a table over these keys and `seed`.
 
     vary: values by key, as {"radar.height_m": [3, 5, 10]}; any key of a scene file. seeds: so many, from scene.seed on
     (scene.seed, scene.seed + 1, …). Points of one seed have the same random numbers, and the same sea where its
     keys are the same, so that differences between points are more certain than the band over seeds suggests.
-    client: of a running dask cluster; else `workers` processes are spawned here (default one per core), or with
-    workers=0 all is computed in this process. Results have the same bits whichever it is.
-    until, budget_s: seeds are added until every choice (see `recommendations`) has this confidence, 0.5 to 1, or so
-    many seconds are over; at most 64 seeds.
-    at_most: of the varied height (or the key with the most numbers), the greatest value that is recommended.
-    out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
+    client: of a running dask cluster; without it the work is done by processes of this machine. Results have the same
+    bits whichever it is. out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else
+    nothing is kept. options: of `TradeOptions`.
     """
-    scene, choice, goal = as_scene(scene), criterion or Criterion(), Goal(until, budget_s, at_most)
-    with scratch_folder() as scratch, _answers(client, None, workers) as answers:
-        sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
-        return _swept(sweep, answers, choice, goal, resume, overwrite, progress, keep_table=out is not None)
+    with scratch_folder() as scratch:
+        sweep = Sweep.of(as_scene(scene), vary, seeds, Path(out or scratch).resolve())
+        return _swept(sweep, TradeOptions(**options), client, keep_table=out is not None)
 
 
 def write_trade(
@@ -114,14 +128,7 @@ def write_trade(
     seeds: int = 1,
     *,
     scheduler: str | None = None,
-    workers: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    criterion: Criterion | None = None,
-    until: float | None = None,
-    budget_s: float | None = None,
-    at_most: float | None = None,
-    progress: Progress | None = None,
+    **options: Any,
 ) -> TradeProducts:
     """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc, trade.png
     and trade.html, the page that says what to choose.
@@ -129,38 +136,21 @@ def write_trade(
     scheduler: tls://host:port (with certificates in dask's configuration) or tcp://host:port (on a network that is
     trusted) of a dask scheduler, or its file; its workers need this package, and should have one
     thread each. The folder should be one that they see too: each then writes its own points, which remain after this
-    process; where it is not, this process writes what they send back. Without it, `workers` processes are spawned here
-    (default one per core; 0: none, all in this process).
-    resume: compute only what is missing, and what failed by an error or a killed worker; what a limit of the scene
-    refused stays so. It has to be the same scene, keys and version of the package; the seeds may be more or fewer.
-    until, budget_s, at_most: as for `trade`.
+    process; where it is not, this process writes what they send back. options: of `TradeOptions`.
     Raises InputError for bad input; KeyboardInterrupt, with what is done and how to go on, when interrupted.
     """
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
-    goal = Goal(until, budget_s, at_most)
-    _ = sweep.scenes  # refused before the libraries of a cluster are loaded
-    notes = _network_notes(scheduler)
-    say = progress or (lambda _: None)
-    for note in notes:
-        say(note)
-    with _answers(None, scheduler, workers) as answers:
-        table = _swept(sweep, answers, criterion or Criterion(), goal, resume, overwrite, progress, keep_table=True)
+    how = TradeOptions(**options)
+    table = _swept(sweep, how, scheduler=scheduler)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    ended = goal.told(table.sizes["seed"], least_confidence(table))
-    return TradeProducts(folder, files, table, (*notes, *sweep.notes, *((ended,) if ended else ()), *headline(table)))
+    ended = how.goal.told(table.sizes["seed"], least_confidence(table))
+    lines = (*sweep.notes, *((ended,) if ended else ()), *headline(table))
+    return TradeProducts(folder, files, table, lines)
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
-
-
-def _network_notes(scheduler: str | None) -> tuple[str, ...]:
-    if scheduler is None:
-        return ()
-    from .cluster import network_notes  # takes a second
-
-    return network_notes(scheduler)
 
 
 @contextmanager
@@ -195,31 +185,32 @@ def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
         while (task := waiting.take("here")) is not None:
             yield task, compute(task)
     finally:
-        KEPT.forget()
+        CACHE.forget()
 
 
 def _swept(
     sweep: Sweep,
-    answers: Answers,
-    criterion: Criterion,
-    goal: Goal,
-    resume: bool,
-    overwrite: bool,
-    progress: Progress | None,
-    keep_table: bool,
+    options: TradeOptions,
+    client: Client | None = None,
+    scheduler: str | None = None,
+    keep_table: bool = True,
 ) -> xr.Dataset:
     """Compute what is missing, and make the table; when interrupted make it of what is there, and say so."""
-    say = progress or (lambda _: None)
+    say, goal = options.progress or (lambda _: None), options.goal
     say(f"checking {len(sweep.points)} points")
-    _ = sweep.scenes  # refused before anything is written
+    _ = sweep.scenes  # refused before anything is written, and before the libraries of a cluster are loaded
     if goal.until is not None and not chosen_key(sweep.vary):
         raise InputError(
             "--until: no varied key is a number that a design chooses (the sea, the scattering and the boat are "
             "given), so there is nothing to be sure of; leave it out"
         )
     refuse_limit(sweep.vary, goal.at_most)
-    with sweep.prepared(resume, overwrite):
-        return _computed(sweep, answers, criterion, goal, say, keep_table)
+    if scheduler is not None:
+        from .cluster import network_notes  # takes a second
+
+        sweep.notes.extend(network_notes(scheduler))
+    with _answers(client, scheduler, options.workers) as answers, sweep.prepared(options.resume, options.overwrite):
+        return _computed(sweep, answers, options.criterion or Criterion(), goal, say, keep_table)
 
 
 def _computed(

@@ -75,45 +75,56 @@ class Criterion:
 
 COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
-# Name in the table: name in the point's metrics, units, long name. All over 50 to 200 m.
-_OVERALL = {
-    "height_rmse_m": ("height_rmse_m", "m", "rms height error"),
-    "height_robust_m": ("height_robust_m", "m", "robust height error, 1.4826 × median absolute deviation"),
-    "height_bias_m": ("height_bias_m", "m", "mean height error"),
-    "height_correlation": ("height_correlation", "1", "correlation of retrieved and true height"),
-    "slope_rmse": ("slope_rmse", "1", "rms error of the slope along the look"),
-    "visible_fraction": ("visible_fraction", "1", "share of the sea's horizontal area that both antennas see"),
-    "hs_true_m": ("hs_true_m", "m", "4σ of the cells' true heights"),
-    "hs_retrieved_m": ("hs_retrieved_m", "m", "4σ of the map's unflagged heights"),
+
+class Column(NamedTuple):
+    """Of the table: units, long name, and where a point has it; "" of what follows from the others."""
+
+    units: str
+    words: str
+    source: str = ""
+
+
+_OF_50_TO_200_M = {
+    "height_rmse_m": ("m", "rms height error"),
+    "height_robust_m": ("m", "robust height error, 1.4826 × median absolute deviation"),
+    "height_bias_m": ("m", "mean height error"),
+    "height_correlation": ("1", "correlation of retrieved and true height"),
+    "slope_rmse": ("1", "rms error of the slope along the look"),
+    "visible_fraction": ("1", "share of the sea's horizontal area that both antennas see"),
+    "hs_true_m": ("m", "4σ of the cells' true heights"),
+    "hs_retrieved_m": ("m", "4σ of the map's unflagged heights"),
 }
-_BY_RANGE = {
-    "height_rmse_by_range_m": ("height_rmse_m", "m", "rms height error"),
-    "height_bias_by_range_m": ("height_bias_m", "m", "mean height error"),
-    "slope_rmse_by_range": ("slope_rmse", "1", "rms error of the slope along the look"),
-    "visible_fraction_by_range": ("visible_fraction", "1", "share of the sea's horizontal area that both antennas see"),
-    "answered_by_range": ("answered", "1", "share of the cells more than half visible that got a sure height"),
-    "quality_by_range": ("quality", "1", "mean score of all cells: 1 is a perfect height, 0 none or one no better"),
-    "known_share_by_range": (
-        "known_share",
-        "1",
-        "share of all cells that are more than half visible and answered; NaN in bins that the window cuts",
-    ),
-}
-_DERIVED = {
-    "significant_height_m": ("m", "significant wave height of the resolved sea, expected"),
+_MEASURED = {
     "fully_measured_radius_m": ("m", "radius of a disc that holds as much as is measured, by the score of all cells"),
     "reach_m": ("m", f"range at which the mean score of all cells falls below {LEVEL:g}"),
     "reach_to_the_end": ("1", "1 where it does not within the range window: the reach may be longer"),
     "gross_share": ("1", "share of the heights that count which are wrong by more than half the significant height"),
     "missed_share": ("1", "share of all cells at 50–200 m without a height that counts"),
-    "usable_range_m": ("m", "where the usable run of bins ends; 0: no bin is usable"),
-    "usable_from_m": ("m", "where the usable run of bins begins"),
-    "usable_to_the_end": ("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
-    "cost_s": ("s", "wall time of the point"),
-    "peak_memory_bytes": ("byte", "most memory that its worker held"),
 }
-
-_MEASURED = ("fully_measured_radius_m", "reach_m", "reach_to_the_end", "gross_share", "missed_share")
+_COLUMNS = {  # name in the table, and of most in a point's metrics
+    **{k: Column(u, f"{w}, 50–200 m, cells more than half visible", k) for k, (u, w) in _OF_50_TO_200_M.items()},
+    "significant_height_m": Column("m", "significant wave height of the resolved sea, expected"),
+    **{name: Column(units, words, name) for name, (units, words) in _MEASURED.items()},
+    "usable_range_m": Column("m", "where the usable run of bins ends; 0: no bin is usable"),
+    "usable_from_m": Column("m", "where the usable run of bins begins"),
+    "usable_to_the_end": Column("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
+    "cost_s": Column("s", "wall time of the point"),
+    "peak_memory_bytes": Column("byte", "most memory that its worker held"),
+}
+_BY_RANGE = {
+    "height_rmse_by_range_m": Column("m", "rms height error", "height_rmse_m"),
+    "height_bias_by_range_m": Column("m", "mean height error", "height_bias_m"),
+    "slope_rmse_by_range": Column("1", "rms error of the slope along the look", "slope_rmse"),
+    "visible_fraction_by_range": Column("1", _OF_50_TO_200_M["visible_fraction"][1], "visible_fraction"),
+    "answered_by_range": Column("1", "share of the cells more than half visible that got a sure height", "answered"),
+    "quality_by_range": Column("1", "mean score of all cells: 1 is a perfect height, 0 none or one no better",
+        "quality",
+    ),
+    "known_share_by_range": Column(
+        "1", "share of all cells that are more than half visible and answered; NaN in bins that the window cuts",
+        "known_share",
+    ),
+}  # fmt: skip
 
 
 def trade_table(
@@ -131,7 +142,7 @@ def trade_table(
     ranges = sorted({centre for each in outcomes.values() for centre in each.get("by_range", {}).get("range_m", [])})
     index = {centre: number for number, centre in enumerate(ranges)}
     dims, shape = (*vary, "seed"), (*(len(values) for values in vary.values()), len(seeds))
-    columns = {name: np.full(shape, np.nan) for name in (*_OVERALL, *_DERIVED)}
+    columns = {name: np.full(shape, np.nan) for name in _COLUMNS}
     bins = {name: np.full((*shape, len(ranges)), np.nan) for name in _BY_RANGE}
     status, reason = np.full(shape, "missing", dtype=object), np.full(shape, "", dtype=object)
     for at, outcome in outcomes.items():
@@ -141,16 +152,14 @@ def trade_table(
         columns["peak_memory_bytes"][at] = _number(cost.get("peak_memory_bytes"))
         if outcome["status"] != "done":
             continue
-        for name, (key, *_) in _OVERALL.items():
-            columns[name][at] = _number(outcome["metrics"].get(key))
+        for name, column in _COLUMNS.items():
+            if column.source:
+                columns[name][at] = _number(outcome["metrics"].get(column.source))
         here = [index[centre] for centre in outcome["by_range"]["range_m"]]
-        for name, (key, *_) in _BY_RANGE.items():
-            bins[name][at][here] = [_number(value) for value in outcome["by_range"][key]]
-        for name in _MEASURED:
-            columns[name][at] = _number(outcome["metrics"].get(name))
+        for name, column in _BY_RANGE.items():
+            bins[name][at][here] = [_number(value) for value in outcome["by_range"][column.source]]
         for name, value in _usable(outcome, criterion).items():
             columns[name][at] = value
-    words = {name: (units, said) for name, (_, units, said) in (_OVERALL | _BY_RANGE).items()} | _DERIVED
     table = xr.Dataset(
         {"status": (dims, status), "reason": (dims, reason)}
         | {name: (dims, values) for name, values in columns.items()}
@@ -159,9 +168,8 @@ def trade_table(
         | {"seed": list(seeds), "range": np.array(ranges, dtype=np.float64)},
         attrs={"seamap_rt": __version__, "usable": str(criterion), **attributes},
     )
-    for name, (units, said) in words.items():
-        headline = ", 50–200 m, cells more than half visible" if name in _OVERALL else ""
-        table[name].attrs = {"long_name": said + headline, "units": units}
+    for name, column in (_COLUMNS | _BY_RANGE).items():
+        table[name].attrs = {"long_name": column.words, "units": column.units}
     table["range"].attrs = {"long_name": "slant range, middle of the bin", "units": "m"}
     return table
 
@@ -190,7 +198,7 @@ def _number(value: float | None) -> float:
 def rows(table: xr.Dataset) -> str:
     """The table as CSV, a row per point, empty where there is no value."""
     dims = table["status"].dims
-    numbers = [name for name in (*_OVERALL, *_DERIVED) if name not in COST]
+    numbers = [name for name in _COLUMNS if name not in COST]
     columns = ["status", *numbers, *COST, "reason"]
     lines: list[list[Any]] = [[*dims, *columns]]
     for index in np.ndindex(table["status"].shape):

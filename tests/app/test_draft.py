@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.app import words
-from seamap_rt.app.draft import Draft
-from seamap_rt.app.fields import _RULES, growing_lists, matters, parts_of, scene_schema
+from seamap_rt.app.draft import Draft, growing_lists, parts_of, scene_schema
 from seamap_rt.app.safety import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
+from seamap_rt.report import keys
+from seamap_rt.report.keys import HEEDED, matters
 from seamap_rt.scene import Scene, load_scene
 
 _SHIPPED = sorted(list_shipped())
@@ -54,18 +54,18 @@ def test_what_a_field_shows_is_read_back_to_the_same_value(name: str, roots: Roo
         for field in part.fields:
             value = draft.value(field.key)
             if field.kind in ("number", "list") and value is not None:
-                again = words.read(field.key, words.shown(field.key, value))
+                again = keys.read_value(field.key, keys.shown_value(field.key, value))
                 wanted = list(value) if isinstance(value, tuple) else value
                 assert again == pytest.approx(wanted, rel=1e-12), field.key
 
 
 def test_people_read_and_write_frequencies_in_gigahertz() -> None:
-    assert words.shown("radar.frequency_hz", 9.41e9) == "9.41"
-    assert words.read("radar.frequency_hz", "9.41") == 9.41e9
-    assert words.shown_unit("radar.frequency_hz", "Hz") == "GHz"
-    assert words.read("radar.pulse_width_s", "20") == 20e-9
-    assert words.read("sea.depth_m", "inf") == float("inf")
-    assert words.read("radar.range_m", "15, 150") == [15, 150]
+    assert keys.shown_value("radar.frequency_hz", 9.41e9) == "9.41"
+    assert keys.read_value("radar.frequency_hz", "9.41") == 9.41e9
+    assert keys.shown_unit("radar.frequency_hz", "Hz") == "GHz"
+    assert keys.read_value("radar.pulse_width_s", "20") == 20e-9
+    assert keys.read_value("sea.depth_m", "inf") == float("inf")
+    assert keys.read_value("radar.range_m", "15, 150") == [15, 150]
 
 
 def test_every_key_of_a_scene_has_a_field(roots: Roots) -> None:
@@ -174,7 +174,7 @@ def test_any_value_anywhere_is_a_scene_or_a_refusal(value: Any, key: str) -> Non
 @given(st.text(max_size=30))
 def test_any_text_in_a_field_is_read(text: str) -> None:
     for key in ("radar.height_m", "radar.frequency_hz", "radar.range_m"):
-        found = words.read(key, text)
+        found = keys.read_value(key, text)
         assert (found is None) == (not text.strip())
         assert isinstance(found, int | float | str | list | None)
 
@@ -188,10 +188,10 @@ def test_the_written_tree_reads_back(roots: Roots) -> None:
 
 def test_keys_that_decide_whether_others_matter_are_choices_of_a_scene(roots: Roots) -> None:
     fields = {field.key: field for part in parts_of(Draft.shipped("choppy_sea", roots).tree) for field in part.fields}
-    for key, rules in _RULES.items():
+    for key, rules in HEEDED.items():
         assert key in fields, key
-        for switch, allowed in rules:
-            assert set(allowed) < set(fields[switch].choices), (key, switch)  # some choice leaves it out
+        for switch, allowed in rules.items():
+            assert set(allowed.split()) < set(fields[switch].choices), (key, switch)  # some choice leaves it out
 
 
 def test_a_key_that_does_not_matter_changes_no_scene_that_stands(roots: Roots) -> None:

@@ -13,7 +13,7 @@ from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs, kind_of, products_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
-from seamap_rt.app.trading import Point, folder_of_point, scene_of_point, words_of_point
+from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
 from seamap_rt.app.views import MAP_VIEWS, Source
 from seamap_rt.errors import InputError
 from seamap_rt.io.turn_files import part_of
@@ -123,7 +123,7 @@ def test_a_point_is_run_with_the_scene_and_the_seed_that_the_trade_gave_it(tmp_p
         names.add(folder_of_point("trade", point))
     assert len(names) == 8
     last = Point({"radar.height_m": 8}, 2, "done", "", {})
-    assert words_of_point(last) == "antenna height above the sea 8 m, seed 2"
+    assert words_of_point(last) == "antenna height 8 m, seed 2"
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"scene": 3}', '{"scene": "a = ["}'])

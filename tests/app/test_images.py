@@ -18,19 +18,23 @@ from matplotlib.text import Text
 from PIL import Image as Opened
 
 from seamap_rt.app.curve_panels import range_pictures
-from seamap_rt.app.forecast_view import read_ahead
-from seamap_rt.app.gauge_view import read_gauges
-from seamap_rt.app.images import drawn
+from seamap_rt.app.forecast_view import read_ahead, verify_folder
 from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import read_shadowing
+from seamap_rt.app.study_views import read_gauges, read_shadowing
 from seamap_rt.app.views import Source
-from seamap_rt.app.what_came import came_of
+from seamap_rt.app.widgets import drawn
 from seamap_rt.report import curves, style
-from seamap_rt.report.forecast_figures import ahead_picture, next_seconds, verified_picture
+from seamap_rt.report.forecast_figures import (
+    ahead_picture,
+    next_seconds,
+    quiet_windows,
+    verified_picture,
+    window_picture,
+    window_pictures,
+)
 from seamap_rt.report.gauge_figures import gauge_picture
 from seamap_rt.report.page_elements import Picture
 from seamap_rt.report.spectrum_figures import Density, map_spectra_picture, wave_height, wave_height_pictures
-from seamap_rt.report.window_figures import quiet_windows, window_picture, window_pictures
 from seamap_rt.settings import QuietSettings
 from seamap_rt.studies.shadowing_figures import draw_shadowing
 from seamap_rt.window_errors import Windows
@@ -67,7 +71,7 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
     folder = tmp_path_factory.mktemp("runs")
     write_run(folder / "run")
     write_shadowing(folder / "study")
-    source, came = Source(Results(folder / "run")), came_of(folder / "run")
+    source, came = Source(Results(folder / "run")), verify_folder(folder / "run")
     told, ahead = source.by_range(11), read_ahead(folder / "run", 11, QuietSettings())
     assert ahead is not None
     errors, shares = range_pictures({"": told}, source.expected())
@@ -173,7 +177,7 @@ def test_both_spectra_are_on_one_scale_from_where_the_waves_come(pictures: dict[
 
 def test_bars_of_windows_are_their_chances_filled_where_a_quiet_one_came(tmp_path: Path) -> None:
     write_run(tmp_path / "run")
-    ahead, came = read_ahead(tmp_path / "run", 11, QuietSettings(elevation_m=0.3)), came_of(tmp_path / "run")
+    ahead, came = read_ahead(tmp_path / "run", 11, QuietSettings(elevation_m=0.3)), verify_folder(tmp_path / "run")
     assert ahead is not None
     quiet = came.quiet(11)
     assert quiet is not None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.app.map_spectrum import MOST_TURNS, map_spectra
+from seamap_rt.app.curve_panels import MOST_TURNS, map_spectra
 from seamap_rt.app.results import Results
 from seamap_rt.app.views import Source
 

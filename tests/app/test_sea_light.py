@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from seamap_rt.app.sea_light import lambert, mast_picture, seen_from_mast, sun
+from seamap_rt.app.sea_view import lambert, mast_picture, sight_lines, sun
 
 _SIDE = np.arange(-200.0, 201.0, 2.0)
 _FLAT = np.zeros((_SIDE.size, _SIDE.size))
@@ -32,7 +32,7 @@ def test_a_slope_towards_the_sun_is_brightest_and_one_away_from_it_has_the_skys_
 
 def test_a_flat_sea_is_seen_where_the_line_of_sight_meets_it() -> None:
     """Ground range = height of the eye over the tangent of the line's depression; to the step of the rays, 0.6 %."""
-    seen = seen_from_mast(_FLAT, _SIDE, _SIDE, _MAST_M, 90.0)
+    seen = sight_lines(_FLAT, _SIDE, _SIDE, _MAST_M, 90.0)
     pixel = 2.0 * np.tan(np.radians(35.0)) / 959.0
     down = pixel * (np.arange(400) + 0.5 - 0.2 * 400)  # below the horizon, for each metre ahead
     assert np.isnan(seen.ahead[down < 0.0]).all()  # the sky
@@ -50,7 +50,7 @@ def test_a_crest_hides_what_lies_behind_it_as_far_as_its_ray_reaches(look: float
     """A ring of 2 m at 60 to 64 m hides the flat sea out to h r/(h − 2) = 96 m, in each direction."""
     distance = np.hypot(*np.meshgrid(_SIDE, _SIDE))
     height = np.where((distance >= 60.0) & (distance <= 64.0), 2.0, 0.0)
-    seen = seen_from_mast(height, _SIDE, _SIDE, _MAST_M, look)
+    seen = sight_lines(height, _SIDE, _SIDE, _MAST_M, look)
     ground = np.hypot(seen.east, seen.north)[np.isfinite(seen.ahead)]
     hidden = (ground > 67.0) & (ground < 92.0)  # within a cell or two of the ring and its shadow
     assert not hidden.any()

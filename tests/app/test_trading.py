@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from seamap_rt.app.trading import advice, words_of
+from seamap_rt.app.trade_view import advice, command_words
 from seamap_rt.errors import InputError
 from seamap_rt.studies.choices import recommendations
 from tests.studies.test_trade_page import made_up
@@ -14,10 +14,10 @@ from tests.studies.test_trade_page import made_up
 
 def test_a_limit_goes_to_the_command_and_one_that_leaves_nothing_is_refused() -> None:
     vary = ["radar.height_m=4:10:2"]
-    assert words_of(vary, 3, 8.0)[-2:] == ["--at-most", "8"]
-    assert "--at-most" not in words_of(vary, 3)
+    assert command_words(vary, 3, 8.0)[-2:] == ["--at-most", "8"]
+    assert "--at-most" not in command_words(vary, 3)
     with pytest.raises(InputError, match="--at-most 3: must be at least 4"):
-        words_of(vary, 3, 3.0)
+        command_words(vary, 3, 3.0)
 
 
 def test_the_advice_of_the_page_is_that_of_the_trade(tmp_path: Path) -> None:

@@ -22,8 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.checking import check
-from seamap_rt.app.draft import Draft
-from seamap_rt.app.fields import growing_lists, parts_of
+from seamap_rt.app.draft import Draft, growing_lists, parts_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.uploads import KINDS, keep, kept, kind_of_field
 from seamap_rt.errors import InputError

@@ -110,7 +110,7 @@ def test_folders_of_any_kind_are_seen_as_far_as_they_go(watched: Watched, server
     _place(page, "Runs")
     page.get_by_role("button", name="See masts").click()
     expect(page.get_by_text(re.compile("^2 points are there"))).to_be_visible()
-    choose(page, "Point", re.compile("antenna height above the sea 8 m, seed 1"))
+    choose(page, "Point", re.compile("antenna height 8 m, seed 1"))
     page.get_by_role("button", name="Run this point").click()
     waits_or_is_there = page.get_by_text(re.compile(r"^masts_height_m_8_seed=1: |^turn 1 of 1 · "))
     expect(waits_or_is_there.locator("visible=true").first).to_be_visible()

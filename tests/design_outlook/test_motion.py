@@ -11,10 +11,10 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.cli import main
-from seamap_rt.design_outlook.design import Design
+from seamap_rt.design_outlook.error import Design
 from seamap_rt.design_outlook.motion import Motion
 from seamap_rt.design_outlook.strips import snr_of_unity, waves_of
-from seamap_rt.measured import Rings
+from seamap_rt.measured import CoverageProfile
 from seamap_rt.metrics import counted_cells
 from seamap_rt.radar.platform import BoatState, Sensors
 from seamap_rt.radar.wave_following import wave_tilt_std
@@ -67,7 +67,7 @@ def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) 
         turn = next(iter(sr.iterate(simulator.scene, simulator=simulator)))
         assert turn.maps is not None
         polar, truth = turn.maps["polar"].to_dataset(), turn.truth["polar"].to_dataset()
-        rings.append(Rings.of(polar, truth, simulator.sea.resolved.elevation_std))
+        rings.append(CoverageProfile.of(polar, truth, simulator.sea.resolved.elevation_std))
         error = np.where(counted_cells(polar, truth), polar["height"].values - truth["height"].values, np.nan)
         for at, (near, far) in enumerate(BINS):
             inside = error[..., (polar["range"].values >= near) & (polar["range"].values < far)]

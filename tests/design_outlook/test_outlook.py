@@ -12,8 +12,7 @@ from scipy.integrate import quad
 import seamap_rt as sr
 from seamap_rt.conventions import db
 from seamap_rt.design_outlook import likely
-from seamap_rt.design_outlook.design import Design
-from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
+from seamap_rt.design_outlook.error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.design_outlook.strips import (
     LOOKS,
@@ -339,11 +338,11 @@ def test_a_run_measures_as_much_as_the_outlook_says() -> None:
     made = sr.load_scene("tiny", overrides={"tracing.tracer": "horizon", "radar.height_m": 7.0, "seed": 5})
     turn = next(iter(sr.iterate(made)))
     assert turn.maps is not None
-    from seamap_rt.measured import Rings
+    from seamap_rt.measured import CoverageProfile
 
     polar, truth = turn.maps["polar"].to_dataset(), turn.truth["polar"].to_dataset()
     sigma = float(np.sqrt(waves_of(made.sea, np.pi / float(made.sea.resolution_m or 0.8)).elevation_variance))
-    radius = Rings.of(polar, truth, sigma).fully_measured_radius
+    radius = CoverageProfile.of(polar, truth, sigma).fully_measured_radius
     assert sr.outlook(made).attrs["fully_measured_radius_m"] == pytest.approx(radius, rel=0.08)
 
 

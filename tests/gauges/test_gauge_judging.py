@@ -10,8 +10,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 from seamap_rt.dataset import build
-from seamap_rt.gauges import GaugeSpectra, NoSpectrum, judge, judge_one, spectra
-from seamap_rt.gauges.reading import sample_times
+from seamap_rt.gauges import GaugeSpectra, NoSpectrum, judge, judge_one, sample_times, spectra
 
 # ------------------------------------------------------------------------------------------------------ what is said
 

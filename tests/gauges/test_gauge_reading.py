@@ -13,8 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.errors import InputError
-from seamap_rt.gauges import gauge_series, judge
-from seamap_rt.gauges.reading import sample_times
+from seamap_rt.gauges import gauge_series, judge, sample_times
 from seamap_rt.interferometry import retrieve
 from seamap_rt.settings import GaugeSettings, RadarSettings
 from validation import analytic

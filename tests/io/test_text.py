@@ -10,7 +10,6 @@ import pytest
 from test_spectrum_kinds import write_datawell, write_triaxys, write_ww3_station
 
 from seamap_rt import load_scene
-from seamap_rt.app.words import read
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError
 from seamap_rt.io.meshfile import load_mesh
@@ -20,6 +19,7 @@ from seamap_rt.io.recording_header import read_header
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.text import is_underscored
 from seamap_rt.products.link import ranges_of
+from seamap_rt.report.keys import read_value
 from seamap_rt.settings import ObjectSettings
 
 NO_NUMBERS = ("1_0", "1_0.5", "１０", "٣")
@@ -102,7 +102,7 @@ def test_no_command_takes_one(number: str, tmp_path: Path, capsys: pytest.Captur
         line = capsys.readouterr().err
         assert line.count("\n") <= 2, line
     assert not list(tmp_path.iterdir())
-    assert read("radar.height_m", number) == number  # which the scene refuses
+    assert read_value("radar.height_m", number) == number  # which the scene refuses
     with pytest.raises(InputError):
         ranges_of(f"50,{number}", load_scene("flat"))
 

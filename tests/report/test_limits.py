@@ -13,7 +13,7 @@ import pytest
 from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
-from seamap_rt.report.limits.case import Case
+from seamap_rt.report.modelled import Case
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene

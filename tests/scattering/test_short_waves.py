@@ -5,7 +5,7 @@ import pytest
 
 from seamap_rt import simulation
 from seamap_rt.echoes.radar_cross_section import SeaSurface
-from seamap_rt.report.facts import run_facts
+from seamap_rt.report.headline import run_facts
 from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
 from seamap_rt.scattering.modulation import approaching_share
 from seamap_rt.scene import load_scene

@@ -16,7 +16,7 @@ from seamap_rt.forecast_errors import came
 from seamap_rt.gauges import gauge_series
 from seamap_rt.interferometry import retrieve
 from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
-from seamap_rt.measured import Rings
+from seamap_rt.measured import CoverageProfile
 from seamap_rt.metrics import error_figures
 from seamap_rt.scene import Scene
 from seamap_rt.scene.checks.radar import told_of_record
@@ -195,7 +195,7 @@ def test_nothing_beyond_is_judged(run: tuple[Scene, xr.DataTree, xr.DataTree]) -
     figures = error_figures(maps, truth)
     assert 0 < sum(figures["cells"]) <= known.sum()
     assert figures["overall"]["hs_true_m"] == pytest.approx(4.0 * np.sqrt(0.5) * WAVE.amplitude, rel=0.2)
-    assert Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), 0.2).cells.sum() == known.sum()
+    assert CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), 0.2).cells.sum() == known.sum()
 
 
 def test_gauges_take_nothing_beyond(run: tuple[Scene, xr.DataTree, xr.DataTree], path: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 from known_waves import FRAMES, STEP_S, WAVE, dataset_of, rms, write
 
 from seamap_rt.errors import InputError
-from seamap_rt.report.facts import run_facts
+from seamap_rt.report.headline import run_facts
 from seamap_rt.scene import Scene
 from seamap_rt.scene.checks.radar import told_of_record
 from seamap_rt.scene.loading import scene_of

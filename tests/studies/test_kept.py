@@ -17,7 +17,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies import point, trade
-from seamap_rt.studies.point import KEPT, Outcome, Task, compute
+from seamap_rt.studies.point import CACHE, Outcome, Task, compute
 from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade import BySea
 
@@ -53,7 +53,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Sea]:
         seas.append(draw(scene))
         return seas[-1]
 
-    KEPT.forget()
+    CACHE.forget()
     monkeypatch.setattr(resolved_scene, "run_sea", noted)
     return seas
 
@@ -71,7 +71,7 @@ def test_a_point_after_others_has_the_bits_that_it_has_alone(
     assert len(drawn) == 1
     assert [each["status"] for each in together] == ["done"] * 3
     for task, outcome in zip(tasks, together, strict=True):
-        KEPT.forget()
+        CACHE.forget()
         assert result(compute(task)) == outcome
     assert len(drawn) == 4
     assert len({outcome["metrics"]["height_rmse_m"] for outcome in together}) == 3
@@ -129,7 +129,7 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_what_is_kept_goes_when_no_point_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point, "IDLE_S", 0.0)
-    keeper = point.Kept()
+    keeper = point.SimulatorCache()
     simulator = keeper.simulator(small())
     keeper.finished(simulator)
     limit = 100

@@ -12,7 +12,7 @@ import xarray as xr
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.shadowing import headlines, shadowing, shadowing_by_cutoff, write_shadowing
-from seamap_rt.studies.visible_statistics import (
+from seamap_rt.studies.visible_dataset import (
     count_quantile,
     half_range,
     jackknife,

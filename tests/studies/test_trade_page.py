@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from seamap_rt.report.keys import words_of
 from seamap_rt.report.style import png
 from seamap_rt.studies.paired import seeds_for, significant_difference
-from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front
-from seamap_rt.studies.trade_page import trade_page
+from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front, trade_page
 from seamap_rt.studies.trade_table import Criterion, trade_table
-from seamap_rt.studies.vary import words_of
 
 HEIGHTS, BASELINES = [4.0, 8.0, 12.0], [0.2, 0.9]
 RADIUS = np.array([[110.0, 112.0], [150.0, 151.0], [152.0, 153.0]])  # 8 m is within 5 % of the best
@@ -141,7 +140,7 @@ def test_pictures_show_scores_and_shares() -> None:
         ("sea.waves.0.significant_wave_height_m", "Significant wave height (m)", "3 m"),
         ("radar.antenna.ohmic_loss_db", "Antenna ohmic loss (dB)", "3 dB"),
         ("platform.speed_m_s", "Platform speed (m/s)", "3 m/s"),
-        ("scattering.nrcs", "Scattering nrcs", "3"),
+        ("scattering.nrcs", "Echo model", "3"),
     ],
 )
 def test_keys_have_words_and_units(key: str, label: str, value: str) -> None:

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt.measured import Rings
+from seamap_rt.measured import CoverageProfile
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies.choices import choices, outlooks
@@ -89,7 +89,7 @@ def simulated(keys: dict[str, Any], seeds: int) -> tuple[float, float]:
         turn = next(iter(sr.iterate(simulator.scene, simulator=simulator)))
         assert turn.maps is not None
         sigma = simulator.sea.resolved.elevation_std
-        rings = Rings.of(turn.maps["polar"].to_dataset(), turn.truth["polar"].to_dataset(), sigma)
+        rings = CoverageProfile.of(turn.maps["polar"].to_dataset(), turn.truth["polar"].to_dataset(), sigma)
         found.append((rings.fully_measured_radius, rings.reach[0]))
     radius, reach = np.mean(found, axis=0)
     return float(radius), float(reach)

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.prediction import Predictor, WaveField
 from seamap_rt.report import style
-from seamap_rt.report.window_figures import quiet_windows
+from seamap_rt.report.forecast_figures import quiet_windows
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.window_errors import Windows, area, judge_windows, reliability

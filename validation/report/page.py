@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import base64
-import importlib.resources
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-import jinja2
-
 from seamap_rt.io.results_folder import write_whole
+from seamap_rt.report.page_elements import templates
 
 from .case import Check
 from .environment import Environment
@@ -33,15 +31,20 @@ def write_page(path: Path, result: ValidationResult, environment: Environment, f
     """The whole validation as one HTML file, which appears whole or not at all."""
     sections = [Section(group, list(done)) for group, done in groupby(result.done, lambda done: done.case.group)]
     claims = [done for section in sections if section.title == CLAIMS for done in section.done]
-    page = _template().render(
-        result=result,
-        environment=environment,
-        full=full,
-        sections=sections,
-        claims=claims,
-        word=_WORDS,
-        worst=worst,
-        image=lambda data: base64.b64encode(data).decode("ascii"),
+    page = (
+        templates("validation.report")
+        .get_template("validate.html.j2")
+        .render(
+            title="Validation",
+            result=result,
+            environment=environment,
+            full=full,
+            sections=sections,
+            claims=claims,
+            word=_WORDS,
+            worst=worst,
+            image=lambda data: base64.b64encode(data).decode("ascii"),
+        )
     )
     write_whole(path, page)
 
@@ -53,11 +56,3 @@ def worst(checks: Sequence[Check]) -> Check | None:
             if check.passed is passed:
                 return check
     return None
-
-
-def _template() -> jinja2.Template:
-    source = importlib.resources.files("validation.report").joinpath("validate.html.j2").read_text(encoding="utf-8")
-    templates = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return templates.from_string(source)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_folders import OFFSET_M, STATED_M, forecasts
 
-from seamap_rt.app.what_came import Came, came_of, what_came
+from seamap_rt.app.forecast_view import Verification, verify_folder, verify_forecasts
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
 from seamap_rt.report.forecast_figures import by_lead, sea_that_came
@@ -25,11 +25,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path) -> Came:
-    return asyncio.run(what_came(folder))
+def found(folder: Path) -> Verification:
+    return asyncio.run(verify_forecasts(folder))
 
 
-def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Came) -> None:
+def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Verification) -> None:
     """A forecast that is 0.1 m too high everywhere is wrong by 0.1 m at each lead, and correlates by one. To the bits
     of the file's float32."""
     forecasts, truth, judged = found.verified.forecasts, found.verified.truth, warm(found.verified.forecasts)
@@ -44,7 +44,7 @@ def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Came) -> 
     assert told["persistence"][1:].min() > 2.0 * told["found"].max()  # the sea moves on
 
 
-def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Came) -> None:
+def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Verification) -> None:
     time, height = sea_that_came(found.verified)
     assert time[0] == 1.0
     assert time.size == 22  # whole seconds from the first issue to the last one's last lead
@@ -54,7 +54,7 @@ def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Came) -> None
     np.testing.assert_allclose(height[later], found.verified.truth[3, :, 0], atol=1e-12)
 
 
-def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Came) -> None:
+def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Verification) -> None:
     windows, judged = found.windows, np.flatnonzero(warm(found.verified.forecasts))
     assert windows is not None
     quiet = np.array([found.quiet(int(at)) for at in judged])
@@ -70,16 +70,16 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Came
     assert found.told["quiet_share"] == pytest.approx(quiet.mean())
 
 
-def test_what_is_asked_again_is_kept(folder: Path, found: Came) -> None:
-    assert asyncio.run(what_came(folder)) is found
+def test_what_is_asked_again_is_kept(folder: Path, found: Verification) -> None:
+    assert asyncio.run(verify_forecasts(folder)) is found
 
 
 def test_where_nobody_knows_what_came_a_line_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no finished forecasts"):
-        asyncio.run(what_came(tmp_path))
+        asyncio.run(verify_forecasts(tmp_path))
     (tmp_path / "prediction.nc").write_bytes(b"\x89HDF")
     with pytest.raises(InputError, match="scene is not known"):
-        came_of(tmp_path)
+        verify_folder(tmp_path)
     (tmp_path / "scene.toml").write_text("[radar]\nheight_m = 500.0\n")
     with pytest.raises(InputError, match=r"radar\.range_m"):
-        asyncio.run(what_came(tmp_path))
+        asyncio.run(verify_forecasts(tmp_path))

@@ -1,41 +1,186 @@
-"""What a run models, how, and the error of leaving it out."""
+"""What a run models, how, and the error of leaving it out: rows of the account, and what each costs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ...conventions import db
-from ...interferometry.phase.interferogram import LASTING
-from ...radar import link, precision
-from ...radar.array import antenna_array, common_squint_deg
-from ...radar.digital import decimation, full_scale_w, quantisation_db
-from ...radar.receiver import measures_phase, noise_power, pulse_coherence, transmit_phase_error
-from ...radar.scan import scanned_share
-from ...radar.waveform import RangeResponse, blind_range_m
-from ...scattering import MEAN_MODELS
-from ...scattering.bragg import bragg_speed
-from ...scattering.sea_spikes import sea_spikes
-from ...settings import PlatformSettings, ScatteringSettings
-from .case import Case
-from .rows import (
-    BENT,
-    BURSTS,
-    CYCLES,
-    HEIGHT,
-    MEAN_ECHO,
-    OWN_ECHO,
-    PATTERN,
-    STILL,
-    TILT,
-    TILTS,
-    TWO_SCALE,
-    UNRESOLVED,
-    Row,
-    row,
-)
+from ..conventions import db
+from ..interferometry.phase.interferogram import LASTING
+from ..physics.shadowing import shadow_kept
+from ..radar import link, precision
+from ..radar.array import antenna_array, common_squint_deg
+from ..radar.digital import decimation, full_scale_w, quantisation_db
+from ..radar.platform import tilt_std
+from ..radar.receiver import measures_phase, noise_power, pulse_coherence, transmit_phase_error
+from ..radar.scan import scanned_share
+from ..radar.waveform import RangeResponse, blind_range_m
+from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level
+from ..scattering.bragg import bragg_speed, radar_wavenumber
+from ..scattering.composite import FacingFacets, facing_facets
+from ..scattering.modulation import modulation_db, relaxation_rate
+from ..scattering.sea_spikes import sea_spikes
+from ..scene import Scene
+from ..sea import Resolved, ResolvedWaves
+from ..settings import PlatformSettings, ScatteringSettings
+
+Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, unit, source
+Rows = Sequence[Mapping[str, Any]]
+
+HEIGHT, CYCLES = "m rms of height", "cycles of phase in a dwell"  # units and errors
+MEAN_ECHO, OWN_ECHO = "dB of the mean echo", "dB of facets' own echo"
+STILL = "√2 σ √(1 − ρ), against the sea half-way through (Longuet-Higgins 1957)"  # sources
+BURSTS = "1 is the shape of measured bursts' K-distribution"
+PATTERN = "integral of the two-way azimuth pattern"
+TWO_SCALE = "two-scale theory over slopes that face the antenna and over winds"
+TILT = "range × tilt along the look, {:.2g}° rms"
+UNRESOLVED, TILTS = "shadowing by waves that are not resolved", "Smith (1967), their slopes"
+BENT = "Smith (1967), less the knife-edge field in a mean shadow"
+
+
+def row(name: str, value: float, error: str, source: str, says: str) -> Row:
+    """error: the value's unit, "1" where there is none, and words that follow; says: how it is modelled, or why not."""
+    unit, words = error.split(" ", 1)
+    amount = f"{float(f'{value:.2g}'):g}" + ("" if unit == "1" else f" {unit}")
+    told = "nothing" if unit == "m" and value == 0.0 else f"{amount} {words}"
+    return {"what": name, "why": says, "error": told, "value": value, "unit": unit, "source": source}
+
+
+_TURN = ("sea", "mesh", "trace", "objects", "echoes")  # what a simulated turn waits for
+_STAGES = {  # others by their own names
+    "sea": ("sea", "mesh"),
+    "shadowing": ("trace",),
+    UNRESOLVED: ("shade",),
+    "receiver": ("receive",),
+}
+_WITHIN = {  # others: within the echoes
+    "scan": "sea",
+    "boat": "sea",
+    "sea spikes": "scattering",
+    "analogue-to-digital conversion": "receive",
+}
+_ONCE = {"scattering": "calibrate"}
+
+
+def costed(rows: Rows, timing: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The rows with `cost` in words, and `cost_s` [s] and `cost_share` of a turn where they can be told apart.
+
+    timing: {"first": {stage: s}, "warm": {stage: s} or None}, of which the warm turns count if there are any.
+    """
+    first, warm = timing["first"], timing["warm"]
+    turn = warm or first
+    whole = sum(turn.get(stage, 0.0) for stage in _TURN)
+    return [{**row, **_cost(row["what"], turn, whole, first, "" if warm else ", first turn")} for row in rows]
+
+
+def _cost(name: str, turn: Mapping[str, float], whole: float, first: Mapping[str, float], which: str) -> dict[str, Any]:
+    stages = [stage for stage in _STAGES.get(name, (name,)) if stage in turn]
+    if not stages:
+        within = _WITHIN.get(name, "echoes")
+        words = f"within {within}, {turn[within]:.2g} s{which}" if within in turn else "not timed"
+        return {"cost": words, "cost_s": None, "cost_share": None}
+    seconds = sum(turn[stage] for stage in stages)
+    share = seconds / whole if whole > 0.0 else 0.0
+    once = first.get(_ONCE.get(name, ""), 0.0)
+    words = f"{seconds:.2g} s, {share:.0%} of a turn{which}" + (f"; {once:.2g} s once a run" if once > 0.005 else "")
+    return {"cost": words, "cost_s": seconds, "cost_share": share}
+
+
+def account_lines(modelled: Rows, left_out: Rows, most: int = 20) -> list[str]:
+    """What is modelled with its cost, what is left out with its error; beyond `most` lines the last one only names."""
+    lines = [
+        f"modelled: {row['what']} ({row.get('cost', 'not timed')}; without it {row.get('error') or 'not known'})"
+        for row in modelled
+    ]
+    lines += [f"left out: {row['what']} ({row.get('error') or 'not known'})" for row in left_out]
+    if len(lines) <= most:
+        return lines
+    others = "; ".join(row["what"] for row in [*modelled, *left_out][most - 1 :])
+    return [*lines[: most - 1], f"left out: {others} (errors in the report)"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, its resolved sea, and what several rows need of both. Errors are stated in the window's middle."""
+
+    scene: Scene
+    resolved: Resolved
+
+    def level(self, range_m: float) -> float:
+        """Mean σ0, a ratio."""
+        grazing_deg = np.degrees(link.grazing_angle(self.scene.radar, range_m))
+        return float(mean_level(self.scene.scattering, grazing_deg, self.scene.radar.frequency_hz))
+
+    def signal_to_noise(self, range_m: float) -> float:
+        return link.signal_to_noise(self.scene.radar, self.level(range_m), range_m)
+
+    @cached_property
+    def middle_m(self) -> float:
+        return link.middle_m(self.scene.radar)
+
+    @property
+    def at(self) -> str:
+        return f"at {self.middle_m:.0f} m"
+
+    @cached_property
+    def grazing(self) -> float:
+        """rad, there."""
+        return float(link.grazing_angle(self.scene.radar, self.middle_m))
+
+    @cached_property
+    def cell_m2(self) -> float:
+        """Area of a cell there."""
+        return float(link.cell_area(self.scene.radar, self.middle_m))
+
+    @property
+    def clutter_shape(self) -> float:
+        """Shape that measured seas' echoes have there; NaN beyond the law."""
+        return clutter_shape_watts_wicks90(math.degrees(self.grazing), self.cell_m2, self.scene.scattering.polarization)
+
+    @cached_property
+    def waves(self) -> ResolvedWaves:
+        return ResolvedWaves.of(self.scene.sea, self.resolved.wavenumber_limit)
+
+    @cached_property
+    def facing(self) -> FacingFacets:
+        return facing_facets(self.scene.scattering, self.scene.radar.frequency_hz, self.grazing, self.resolved)
+
+    @cached_property
+    def strain_db(self) -> float:
+        """Rms hydrodynamic modulation."""
+        rate = relaxation_rate(self.scene.radar.frequency_hz, self.scene.scattering.wind_speed_m_s)
+        return modulation_db(self.waves.strain_std(rate))
+
+    @cached_property
+    def tilting(self) -> tuple[float, float]:
+        """Rms height [m] and slope along the look of the waves that tilt the facets, over all looks."""
+        short = ShortWaves.of(self.scene.scattering, self.resolved.wavenumber_limit)
+        divide = short.divide(radar_wavenumber(self.scene.radar.frequency_hz))
+        return short.tilt_height(divide), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
+
+    @cached_property
+    def kept_by_shadows(self) -> float:
+        """Share of its two-way power that water keeps which these waves hide from light."""
+        return shadow_kept(*self.tilting, self.scene.wavelength_m, self.scene.scattering.polarization)
+
+    @cached_property
+    def hidden_by_tilts(self) -> float:
+        """% of the window that these waves hide from light on top of the resolved ones."""
+        radar, slopes = self.scene.radar, self.resolved.look_slope_variance
+        both = link.shadowed_share(radar, slopes + self.tilting[1] ** 2)
+        return 100.0 * (both - link.shadowed_share(radar, slopes))
+
+    @cached_property
+    def boat_tilt(self) -> float:
+        """Rms tilt [rad] along the look; of a boat that has no motion, that which the waves would give it."""
+        boat = self.scene.platform
+        moving = boat.model_copy(update={"motion": "wave_following"}) if boat == PlatformSettings() else boat
+        return tilt_std(moving, self.scene.turns * self.scene.turn_duration_s, self.waves)
 
 
 def _sea(case: Case) -> Iterator[Row]:

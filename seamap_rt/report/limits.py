@@ -1,28 +1,53 @@
-"""What a run leaves out, why or by which key it would be modelled, and the error that this costs."""
+"""What a run modelled, at what cost, and what it left out, at what error: for `metrics.json`, the report and the shell.
+
+Each row holds one number, for one scene and its resolved sea: a closed form of the package that owns its subject, or
+what one of the simulation's own models says. A row whose number is not finite does not hold for the scene, and is left
+out.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ...conventions import db
-from ...echoes.response import beam_truncation, truncation_error_m, truncation_share
-from ...echoes.slow_time import interpolation_loss
-from ...echoes.speckle import speckle_truncation
-from ...physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
-from ...radar import link, precision
-from ...radar.array import antenna_array
-from ...radar.receiver import stray_within_pulse
-from ...radar.scan import BEAMS_BEYOND, sector_width
-from ...scattering import MEAN_MODELS, mean_level, sea_state_from_wind
-from ...scattering.bragg import bragg_speed
-from ...scattering.mean_models import models_spread_db, wind_contrast_db
-from ...settings import PlatformSettings
-from .case import Case
-from .modelling import converter
-from .rows import BENT, BURSTS, CYCLES, HEIGHT, MEAN_ECHO, OWN_ECHO, PATTERN, STILL, TILT, TWO_SCALE, Row, row
+from ..conventions import db
+from ..echoes.response import beam_truncation, truncation_error_m, truncation_share
+from ..echoes.slow_time import interpolation_loss
+from ..echoes.speckle import speckle_truncation
+from ..physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
+from ..radar import link, precision
+from ..radar.array import antenna_array
+from ..radar.receiver import stray_within_pulse
+from ..radar.scan import BEAMS_BEYOND, sector_width
+from ..scattering import MEAN_MODELS, mean_level, sea_state_from_wind
+from ..scattering.bragg import bragg_speed
+from ..scattering.mean_models import models_spread_db, wind_contrast_db
+from ..scene import Scene
+from ..sea import Resolved
+from ..settings import PlatformSettings
+from .modelled import (
+    BENT,
+    BURSTS,
+    CYCLES,
+    GROUPS,
+    HEIGHT,
+    MEAN_ECHO,
+    OWN_ECHO,
+    PATTERN,
+    STILL,
+    TILT,
+    TWO_SCALE,
+    Case,
+    Row,
+    account_lines,
+    converter,
+    costed,
+    row,
+)
+
+__all__ = ["account_lines", "costed", "left_out", "modelled"]
 
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
@@ -30,6 +55,20 @@ _SQUARES = 101  # a side, in which the circle is shared out
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
 _IMAGES = "mean square of the spline's images (Unser 1999)"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
+
+
+def modelled(scene: Scene, resolved: Resolved) -> list[Row]:
+    """Rows of what was modelled, how, and the error of leaving it out: what, why, error, value, unit, source."""
+    return _finite(Case(scene, resolved), GROUPS)
+
+
+def left_out(scene: Scene, resolved: Resolved) -> list[Row]:
+    """Rows of what was not, why or by which key it would be, and the error that this costs; keys as of `modelled`."""
+    return _finite(Case(scene, resolved), _LEFT_OUT)
+
+
+def _finite(case: Case, groups: Sequence[Callable[[Case], Iterator[Row]]]) -> list[Row]:
+    return [row for group in groups for row in group(case) if math.isfinite(row["value"])]
 
 
 def _no_geometry(case: Case) -> Iterator[Row]:
@@ -193,7 +232,7 @@ def _no_mean(case: Case) -> Iterator[Row]:
 
 def _of_record(case: Case) -> Iterator[Row]:
     """What a record of the sea does not hold."""
-    from ...io.recorded_sea import recorded_sea
+    from ..io.recorded_sea import recorded_sea
 
     file, resolved, far = recorded_sea(case.scene.sea.file), case.resolved, case.scene.radar.range_m[1]
     says = f"frames {file.step_s:.3g} s and points {file.spacing_m:.3g} m apart; between them six frames and a spline"
@@ -255,4 +294,4 @@ def _no_sea(case: Case) -> Iterator[Row]:
             yield row(name, height - most * length, error, source, says)
 
 
-GROUPS = (_no_geometry, _no_boat, _no_scattering, _no_mean, _no_sea)  # in the order of the account
+_LEFT_OUT = (_no_geometry, _no_boat, _no_scattering, _no_mean, _no_sea)  # in the order of the account

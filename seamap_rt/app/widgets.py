@@ -1,0 +1,101 @@
+"""What the views of the page are put together from: choices, sliders, figures as images, and a place for one drawing.
+
+A figure of the report is drawn in a process that draws, and shown as the same image with the same words.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Iterable
+from typing import Any
+
+from nicegui import ui
+
+from ..report.page_elements import Image, Picture
+
+
+def drawn(pictures: Iterable[Picture], dark: bool) -> list[Image]:
+    """Draw, for a light or a dark page; some tenths of a second each."""
+    return [each.image(dark) for each in pictures]
+
+
+class Images:
+    """A place for figures; one that is drawn anew keeps its element. columns: side by side where the window is wide."""
+
+    def __init__(self, *, columns: bool = False) -> None:
+        self._place = ui.element("div").classes("w-full min-w-0 grid gap-2 grid-cols-1")
+        if columns:
+            self._place.classes("2xl:grid-cols-2")
+        self._shown: dict[str, tuple[ui.label, ui.element, ui.label]] = {}
+
+    def show(self, images: Iterable[Image]) -> None:
+        """These and no others."""
+        images = list(images)
+        if [each.name for each in images] != list(self._shown):
+            self._place.clear()
+            with self._place:
+                self._shown = {each.name: _parts(each.name) for each in images}
+        for each in images:
+            title, image, caption = self._shown[each.name]
+            title.set_text(each.title)
+            image.props["src"], image.props["alt"] = each.source, each.alt
+            caption.set_text(each.caption)
+
+
+def _parts(name: str) -> tuple[ui.label, ui.element, ui.label]:
+    with ui.column().classes("w-full min-w-0 gap-1"):
+        title = ui.label().classes("font-bold")
+        with ui.element("div").classes("w-full overflow-x-auto").props("tabindex=0"):  # a phone moves what is too wide
+            image = ui.element("img").classes("drawn-figure").mark(f"figure-{name}")
+        return title, image, ui.label().classes("text-xs opacity-80 max-w-5xl")
+
+
+def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
+    """For an `Canvas`: a label and the element that all drawings stand in."""
+
+    def grey(words: str) -> None:
+        line.set_text(words)
+        for each in (line, stage):
+            each.classes(add="stale") if words else each.classes(remove="stale")
+
+    return grey
+
+
+class Canvas:
+    """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
+    says what is drawn; a question ends the one before it, whose answer is never shown.
+
+    grey: called with that line, and with "" when the answer stands.
+    """
+
+    def __init__(self, grey: Callable[[str], None]) -> None:
+        self._grey = grey
+        self._task: asyncio.Future[None] | None = None
+
+    @property
+    def busy(self) -> bool:
+        return self._task is not None and not self._task.done()
+
+    def drop(self, words: str) -> None:
+        """Nothing that is there, or comes, is asked for any more."""
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None
+        self._grey(words)
+
+    def ready(self) -> None:
+        """Called by a drawing: what stands is the answer, though more follows."""
+        self._grey("")
+
+    async def show(self, words: str, drawing: Coroutine[Any, Any, None]) -> None:
+        """Draw. drawing: shows what it has made itself; it is cancelled where it waits. Raises what it raises."""
+        self.drop(words)
+        task = self._task = asyncio.ensure_future(drawing)
+        try:
+            await task
+        except asyncio.CancelledError:
+            if task is self._task:  # the page has gone
+                raise
+        finally:
+            if task is self._task:
+                self._grey("")
