@@ -1,0 +1,158 @@
+"""How far water is visible to light, and to a radar in VV and in HH: wave optics on profiles that carry all waves.
+
+    python -m validation.light.half_visible [--profiles 8] [--seed 7] [--only SEA] [--resolved]
+
+Visible in a polarization is water whose two-way power per area is at least −3, −6 or −10 dB of that of the same water
+lit. Seas of 1/60 to 1/20 (Hs over the peak's wavelength) are drawn as `unresolved_profiles` draws them, from 5 to 205 m;
+`wave_optics` gives the fields. The water's own slope, and the ray that arrives, straight or from the last crest, say
+what lit water answers: sine⁴ of the grazing angle in HH, ½ |1 + Γ| of it to the fourth in VV. Judged are facets half a
+metre long: those that light sees; those that the program's knife edges leave −3, −6 and −10 dB (`tracing.diffract` on a
+mesh of the resolved waves); and those that the fields do. Printed: visible share by range, ranges at which half is
+visible, and, of facets in geometric shadow, the power of the fields over that of the knife edges. `--resolved`: on
+profiles without the small waves. Some twenty seconds of processor time a profile.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import NamedTuple
+
+import numpy as np
+
+import seamap_rt as sr
+from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.tracing import tracer
+from validation.light.unresolved_profiles import POINTS, STEP_M, Array, Case, both, drawn, wavenumbers
+from validation.light.wave_optics import Profile, surface_field
+from validation.light.wave_shadows import FINE, WAVELENGTH_M, water
+
+BEGIN_M, END_M, NEAR_M, FAR_M, FACET_M = 5.0, 205.0, 15.0, 200.0, 0.5
+CASES = {
+    "1/60, 3 m mast": Case(0.65, 5.0, 6.0, mast=3.0),
+    "1/40, 4 m mast": Case(0.98, 5.0, 7.0, mast=4.0),
+    "1/30, 5 m mast": Case(1.30, 5.0, 8.0, mast=5.0),
+    "1/20, 8 m mast": Case(1.95, 5.0, 9.0, mast=8.0),
+}
+LEVELS_DB = (-3.0, -6.0, -10.0)
+BANDS_M = (15.0, 25.0, 50.0, 75.0, 100.0, 150.0, 200.0)
+_BIN_M = 5.0
+
+
+class Facets(NamedTuple):
+    """(facet,) ground range [m], whether light sees it; two-way power over that of the same water lit."""
+
+    range_m: Array
+    light: Array
+    knife_edge: Array
+    vv: Array
+    hh: Array
+
+
+def facets(case: Case, seed: int, resolved_alone: bool) -> Facets:
+    """Of one profile."""
+    long, short = both(case, wavenumbers())
+    random, x = np.random.default_rng(seed), STEP_M * POINTS / FINE * np.arange(FINE)
+    resolved, small = drawn(random, long, FINE, 2), drawn(random, short, FINE, 2)
+    whole = resolved if resolved_alone else [a + b for a, b in zip(resolved, small, strict=True)]
+    part = (x >= BEGIN_M) & (x < END_M)
+    profile = Profile(x[part], *(each[part] for each in whole))
+    field = surface_field(profile, (0.0, case.mast), WAVELENGTH_M, water())
+    range_m, light, knife_edge = by_program(x, resolved[0], case.mast)
+    sine = sine_of_arrival(x[part], resolved[0][part], resolved[1][part], case.mast)
+    place = np.rint((profile.x - range_m[0]) / FACET_M).astype(int)
+    inside = (place >= 0) & (place < range_m.size)
+
+    def mean(power: Array) -> Array:
+        return np.bincount(place[inside], power[inside], range_m.size)
+
+    faces, lit = mean(sine) > 0.0, np.maximum(sine, 0.0)
+    powers = [(field.vv, lit / (lit + water())), (field.hh, lit)]
+    vv, hh = (
+        np.where(faces, mean(np.abs(wave) ** 4) / np.maximum(mean(np.abs(plane) ** 4), 1e-30), 0.0)
+        for wave, plane in powers
+    )
+    return Facets(range_m, light, knife_edge, vv, hh)
+
+
+def sine_of_arrival(x: Array, height: Array, slope: Array, mast: float) -> Array:
+    """(point,) of the angle under which the water meets the ray that arrives, straight or from the last crest; negative
+    where it leans away."""
+    tangent = (height - mast) / x
+    crest = np.maximum.accumulate(np.where(tangent >= np.maximum.accumulate(tangent), np.arange(x.size), 0))
+    away = x - x[crest]
+    falls = np.where(away > 0.0, (height[crest] - height) / np.where(away > 0.0, away, 1.0), -tangent)
+    return np.sin(np.arctan(slope) + np.arctan(falls))
+
+
+def by_program(x: Array, height: Array, mast: float) -> tuple[Array, Array, Array]:
+    """Ranges of the facets, which of them light sees, and the two-way power over knife edges, on the program's mesh."""
+    keys = {"radar.height_m": mast, "radar.baseline_m": 1e-3, "tracing.facet_m": FACET_M, "turns": 1}
+    scene = sr.load_scene("choppy_sea", keys | {"radar.range_m": [10.0, FAR_M], "radar.sector_deg": [0.0, 2.0]})
+    grid = polar_grid(scene.radar, scene.meshing, 0)
+    level = np.interp(grid.ground_range, x, height)
+    elevation = np.broadcast_to(level, (grid.azimuth.size, level.size))
+    mesh = surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))
+    light = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh.levelled)
+    assert light.field is not None
+    column = grid.columns // 2
+    chosen = (light.distance >= NEAR_M) & (light.distance < FAR_M)
+    chosen[1::2] = False  # near facets alone: a chain of their own
+    return (
+        light.distance[chosen].astype(np.float64),
+        light.visible_to_both[column, chosen].astype(np.float64),
+        np.abs(light.field[0, column, chosen]).astype(np.float64) ** 4,
+    )
+
+
+def half_range(range_m: Array, seen: Array) -> float:
+    """Where the share, over 25 m, first falls below a half [m]; NaN where it does not."""
+    edges = np.arange(NEAR_M, FAR_M + _BIN_M, _BIN_M)
+    count = np.histogram(range_m, edges)[0]
+    share = np.convolve(np.histogram(range_m, edges, weights=seen)[0], np.ones(5), "valid") / np.convolve(
+        count, np.ones(5), "valid"
+    )
+    middle = 0.5 * (edges[1:] + edges[:-1])[2:-2]
+    below = np.flatnonzero(share < 0.5)
+    if not below.size or not below[0]:
+        return np.nan
+    pair = [below[0] - 1, below[0]]
+    return float(np.interp(-0.5, -share[pair], middle[pair]))
+
+
+def visible(made: Facets, name: str, level_db: float) -> Array:
+    """(facet,) 1 or 0. Water that leans away from the ray that arrives is not."""
+    if name == "light":
+        return made.light
+    return 1.0 * (getattr(made, name) >= 10.0 ** (0.1 * level_db))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--profiles", type=int, default=8)
+    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--only", choices=list(CASES))
+    parser.add_argument("--resolved", action="store_true")
+    arguments = parser.parse_args()
+    for name in [arguments.only] if arguments.only else CASES:
+        seeds = range(1000 * arguments.seed, 1000 * arguments.seed + arguments.profiles)
+        parts = [facets(CASES[name], seed, arguments.resolved) for seed in seeds]
+        made = Facets(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        print(f"{name}: visible share by range, half visible to")
+        print(f"{'':22}" + "".join(f"{a:5.0f}–{b:<3.0f}" for a, b in zip(BANDS_M, BANDS_M[1:], strict=False)))
+        band = np.digitize(made.range_m, BANDS_M) - 1
+        for who, level in [("light", 0.0), *((each, level) for level in LEVELS_DB for each in Facets._fields[2:])]:
+            seen = visible(made, who, level)
+            shares = [seen[band == n].mean() for n in range(len(BANDS_M) - 1)]
+            label = who if who == "light" else f"{who} {level:.0f} dB"
+            print(f"{label:22}" + "".join(f"{each:9.2f}" for each in shares), end="")
+            print(f"{half_range(made.range_m, seen):9.0f} m")
+        dark = (made.light < 0.5) & (made.knife_edge > 10.0**-1.5 * 0.25)
+        for who in ("vv", "hh"):
+            ratio = getattr(made, who)[dark]
+            off = 10.0 * np.log10(np.maximum(ratio, 1e-9) / made.knife_edge[dark])
+            print(f"in shadow {who}: {dark.sum()} facets, over the knife edges' median {np.median(off):+.1f} dB", end="")
+            print(f", 1.4826 MAD {1.4826 * np.median(np.abs(off - np.median(off))):.1f} dB", flush=True)
+
+
+if __name__ == "__main__":
+    main()
