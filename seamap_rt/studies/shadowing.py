@@ -1,6 +1,10 @@
 """How far a radar sees: the visible share of the sea by range, look and antenna height, over several realisations.
 
-Seen is what all antennas see, by horizontal area, in the first turn of each seed; shadows are the sea's own, geometric.
+Seen is what all antennas see, by horizontal area, in the first turn of each seed, in the sea's own shadows. By light
+these are geometric. A radar's are not: water is visible to it (`radar_`) whose two-way power is at least −3, −6 or
+−10 dB of that of the same water lit, by the field over the crests' edges (`tracing.diffraction`), in VV and HH alike:
+wave optics has both within 2 m of each other at half the sea (`validation/light/half_visible.py`).
+
 It is counted by sectors of 15° about the waves' direction, and again by the looks of `visible_tally`: along the waves
 (up and down), at 45°, across, and all together. The bands are Student's over seeds alone, as crests that neighbouring
 sectors and ranges share make these dependent; `azimuth_correlation` and `range_correlation` say how much.
@@ -33,6 +37,7 @@ if TYPE_CHECKING:
     from .visible_dataset import Window
 
 LEAST_RUNGS_A_BIN = 4
+RADAR_LEVEL_DB = -6.0  # of the levels, that which is told in a line
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
 
 
@@ -51,7 +56,8 @@ def shadowing(
     one of them asks for. A height with an antenna under water at time 0 is NaN, and `r50_note` says why. Ranges are
     horizontal, in bins of bin_m within radar.range_m. `smith`, `wagner` and, for a scene of one regular wave, `exact`
     are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
-    `look`; `share(seed, …)` holds the realisations themselves.
+    `look`; `share(seed, …)` holds the realisations themselves. `radar_visible_fraction` and `radar_r50` are also over
+    `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
     from .visible_tally import Light, common_meshing, lights, realised, tally, with_keys
@@ -201,7 +207,8 @@ def write_shadowing(
 
 
 def headlines(data: xr.Dataset) -> list[str]:
-    """A line per height: the range beyond which half is shadowed, along the waves, at 45°, across, all looks."""
+    """A line per height: beyond which range half is shadowed, along the waves, at 45°, across, all looks; then one of the
+    radar's level."""
     from .visible_dataset import OUTSIDE  # takes a second
 
     lines = []
@@ -214,6 +221,10 @@ def headlines(data: xr.Dataset) -> list[str]:
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
         words = [_half_in_words(mast.sel(look=look)) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
+    lines.append(
+        f"radar: half of the sea answers with {RADAR_LEVEL_DB:g} dB or more of its two-way power when lit; in VV and HH "
+        "alike, within some metres"
+    )
     return lines
 
 
@@ -223,7 +234,9 @@ def _half_in_words(mast: xr.Dataset) -> str:
         return f"no range {where} ({mast['look_r50_note'].item()})"
     low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
     band = f" [{low:.0f}, {high:.0f}]" if np.isfinite(low) else ""
-    return f"{half:.0f} m{band} {where} (Smith {float(mast['look_r50_smith']):.0f} m)"
+    radar = float(mast["look_radar_r50"].sel(level=RADAR_LEVEL_DB))
+    by_radar = f"radar {radar:.0f} m, " if np.isfinite(radar) else ""
+    return f"{half:.0f} m{band} {where} ({by_radar}Smith {float(mast['look_r50_smith']):.0f} m)"
 
 
 def table(data: xr.Dataset) -> str:
@@ -235,6 +248,9 @@ def table(data: xr.Dataset) -> str:
     for dim, prefix in (("look", "look_"), ("azimuth", "")):
         names = {f"{prefix}{column}": column for column in columns if f"{prefix}{column}" in data}
         part = data[list(names)].rename(names).drop_vars("lowest_antenna")
+        for level in data["level"].values:
+            for name in ("radar_visible_fraction", "radar_r50"):
+                part[f"{name}_{-level:.0f}_db"] = data[f"{prefix}{name}"].sel(level=level, drop=True)
         frame = part.to_dataframe(dim_order=["height", dim, "range"]).reset_index()
         if dim == "look":
             frame.insert(1, "azimuth", np.nan)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import wrap_degrees
+from ..conventions import from_db, wrap_degrees
 from ..io import scenefile
 from ..io.validation import validate
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
@@ -25,6 +25,7 @@ from ..tracing import Illumination, tracer
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
+LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,7 @@ class Tally:
 
     area: NDArray[np.float64]  # (group, bin) m²
     lit: NDArray[np.float64]  # (group, bin) m² that all antennas see
+    answering: NDArray[np.float64]  # (level, group, bin) m² whose two-way power reaches the level for all antennas
     height: NDArray[np.float64]  # (group, bin) m³, height times area
     lit_height: NDArray[np.float64]  # (group, bin) m³, of what is lit
     slope: NDArray[np.float64]  # (group,) m², squared slope along the look times area, over all bins
@@ -82,7 +84,7 @@ class Tally:
 
 
 def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tally:
-    """Sums over horizontal area; edges (bin + 1,) of ground range [m]."""
+    """Sums over horizontal area; edges (bin + 1,) of ground range [m]. facets: with their field over edges."""
     lit, bins = facets.visible_to_both, edges.size - 1
     number = np.searchsorted(edges, facets.distance, side="right") - 1
     box = (number[:, None] == np.arange(bins)) * facets.horizontal_area[:, None]  # (facet, bin) m²
@@ -91,9 +93,12 @@ def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tal
         return (looks.members @ values) @ box
 
     seen = lit.astype(np.float64)
+    assert facets.field is not None
+    two_way = np.square(np.square(np.abs(facets.field).min(axis=0)))
     return Tally(
         area=sums(np.ones_like(seen)),  # added up as `lit` is: where all is lit the share is 1 to the last bit
         lit=sums(seen),
+        answering=np.stack([sums((two_way >= from_db(level)).astype(np.float64)) for level in LEVELS_DB]),
         height=sums(facets.height),
         lit_height=sums(seen * facets.height),
         slope=sums(np.square(facets.slope_look, dtype=np.float64)).sum(axis=1),
@@ -133,7 +138,7 @@ def _runs(lit: NDArray[np.bool_], number: NDArray[np.intp], looks: Looks, bins: 
 
 @dataclass(frozen=True)
 class Light:
-    """The traced facets of one turn, by what alone sees them: the sea's own shadows, no objects', no diffraction."""
+    """The traced facets of one turn, with the field over the edges of shadows: of the sea itself, not of objects."""
 
     facets: Illumination
     lowest_m: float  # the lowest antenna above mean sea level, mean over the turn: what it sees, all see
@@ -171,7 +176,8 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
             surface = replace(surface, grid=grid)
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
-        facets = tracer(tracer_name, scene.radar, scene.scattering)(surface.levelled).on(surface.facets)
+        trace = tracer(tracer_name, scene.radar, scene.scattering, diffraction="knife_edge")
+        facets = trace(surface.levelled).on(surface.facets)
         yield Light(_without_drowned(facets, surface, sea), float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 

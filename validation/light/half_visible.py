@@ -3,8 +3,8 @@
     python -m validation.light.half_visible [--profiles 8] [--seed 7] [--only SEA] [--resolved]
 
 Visible in a polarization is water whose two-way power per area is at least −3, −6 or −10 dB of that of the same water
-lit. Seas of 1/60 to 1/20 (Hs over the peak's wavelength) are drawn as `unresolved_profiles` draws them, from 5 to 205 m;
-`wave_optics` gives the fields. The water's own slope, and the ray that arrives, straight or from the last crest, say
+lit. Seas of 1/60 to 1/20 (Hs over the peak's wavelength) are drawn as `unresolved_profiles` draws them, from 5
+to 205 m; `wave_optics` gives the fields. The water's own slope, and the ray that arrives, straight or from the last crest, say
 what lit water answers: sine⁴ of the grazing angle in HH, ½ |1 + Γ| of it to the fourth in VV. Judged are facets half a
 metre long: those that light sees; those that the program's knife edges leave −3, −6 and −10 dB (`tracing.diffract` on a
 mesh of the resolved waves); and those that the fields do. Printed: visible share by range, ranges at which half is
@@ -15,6 +15,7 @@ profiles without the small waves. Some twenty seconds of processor time a profil
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,6 @@ CASES = {
 }
 LEVELS_DB = (-3.0, -6.0, -10.0)
 BANDS_M = (15.0, 25.0, 50.0, 75.0, 100.0, 150.0, 200.0)
-_BIN_M = 5.0
 
 
 class Facets(NamedTuple):
@@ -105,18 +105,11 @@ def by_program(x: Array, height: Array, mast: float) -> tuple[Array, Array, Arra
 
 
 def half_range(range_m: Array, seen: Array) -> float:
-    """Where the share, over 25 m, first falls below a half [m]; NaN where it does not."""
-    edges = np.arange(NEAR_M, FAR_M + _BIN_M, _BIN_M)
-    count = np.histogram(range_m, edges)[0]
-    share = np.convolve(np.histogram(range_m, edges, weights=seen)[0], np.ones(5), "valid") / np.convolve(
-        count, np.ones(5), "valid"
-    )
-    middle = 0.5 * (edges[1:] + edges[:-1])[2:-2]
+    """Where the share, from 0.75 to 1.25 of a range, first falls below a half [m]; NaN where it does not."""
+    at = np.arange(NEAR_M / 0.75, FAR_M / 1.25, 1.0)
+    share = np.array([seen[(range_m >= 0.75 * each) & (range_m < 1.25 * each)].mean() for each in at])
     below = np.flatnonzero(share < 0.5)
-    if not below.size or not below[0]:
-        return np.nan
-    pair = [below[0] - 1, below[0]]
-    return float(np.interp(-0.5, -share[pair], middle[pair]))
+    return float(at[below[0]]) if below.size and below[0] else np.nan
 
 
 def visible(made: Facets, name: str, level_db: float) -> Array:
@@ -138,7 +131,7 @@ def main() -> None:
         parts = [facets(CASES[name], seed, arguments.resolved) for seed in seeds]
         made = Facets(*(np.concatenate(each) for each in zip(*parts, strict=True)))
         print(f"{name}: visible share by range, half visible to")
-        print(f"{'':22}" + "".join(f"{a:5.0f}–{b:<3.0f}" for a, b in zip(BANDS_M, BANDS_M[1:], strict=False)))
+        print(f"{'':22}" + "".join(f"{a:5.0f}–{b:<3.0f}" for a, b in pairwise(BANDS_M)))
         band = np.digitize(made.range_m, BANDS_M) - 1
         for who, level in [("light", 0.0), *((each, level) for level in LEVELS_DB for each in Facets._fields[2:])]:
             seen = visible(made, who, level)
@@ -150,7 +143,9 @@ def main() -> None:
         for who in ("vv", "hh"):
             ratio = getattr(made, who)[dark]
             off = 10.0 * np.log10(np.maximum(ratio, 1e-9) / made.knife_edge[dark])
-            print(f"in shadow {who}: {dark.sum()} facets, over the knife edges' median {np.median(off):+.1f} dB", end="")
+            print(
+                f"in shadow {who}: {dark.sum()} facets, over the knife edges' median {np.median(off):+.1f} dB", end=""
+            )
             print(f", 1.4826 MAD {1.4826 * np.median(np.abs(off - np.median(off))):.1f} dB", flush=True)
 
 
