@@ -17,14 +17,17 @@ from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.mast import Mast
 from ..radar.scan import sector_width
 from ..resolved_scene import masts, run_sea
+from ..scattering.permittivity import permittivity_of
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
+from ..tracing.visibility import two_way_power
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
+POLARIZATIONS = ("VV", "HH")
 LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
@@ -76,15 +79,16 @@ class Tally:
 
     area: NDArray[np.float64]  # (group, bin) m²
     lit: NDArray[np.float64]  # (group, bin) m² that all antennas see
-    answering: NDArray[np.float64]  # (level, group, bin) m² whose two-way power reaches the level for all antennas
+    answering: NDArray[np.float64]  # (polarization, level, group, bin) m² whose two-way power reaches the level
     height: NDArray[np.float64]  # (group, bin) m³, height times area
     lit_height: NDArray[np.float64]  # (group, bin) m³, of what is lit
     slope: NDArray[np.float64]  # (group,) m², squared slope along the look times area, over all bins
     runs: NDArray[np.int64]  # (dark | seen, group, bin, length): how many begin in the bin; the last length: cut short
 
 
-def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tally:
-    """Sums over horizontal area; edges (bin + 1,) of ground range [m]. facets: with their field over edges."""
+def tally(light: Light, looks: Looks, edges: NDArray[np.float64]) -> Tally:
+    """Sums over horizontal area; edges (bin + 1,) of ground range [m]."""
+    facets = light.facets
     lit, bins = facets.visible_to_both, edges.size - 1
     number = np.searchsorted(edges, facets.distance, side="right") - 1
     box = (number[:, None] == np.arange(bins)) * facets.horizontal_area[:, None]  # (facet, bin) m²
@@ -93,12 +97,10 @@ def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tal
         return (looks.members @ values) @ box
 
     seen = lit.astype(np.float64)
-    assert facets.field is not None
-    two_way = np.square(np.square(np.abs(facets.field).min(axis=0)))
     return Tally(
         area=sums(np.ones_like(seen)),  # added up as `lit` is: where all is lit the share is 1 to the last bit
         lit=sums(seen),
-        answering=np.stack([sums((two_way >= from_db(level)).astype(np.float64)) for level in LEVELS_DB]),
+        answering=np.array([[sums(1.0 * (each >= from_db(level))) for level in LEVELS_DB] for each in light.two_way]),
         height=sums(facets.height),
         lit_height=sums(seen * facets.height),
         slope=sums(np.square(facets.slope_look, dtype=np.float64)).sum(axis=1),
@@ -138,9 +140,10 @@ def _runs(lit: NDArray[np.bool_], number: NDArray[np.intp], looks: Looks, bins: 
 
 @dataclass(frozen=True)
 class Light:
-    """The traced facets of one turn, with the field over the edges of shadows: of the sea itself, not of objects."""
+    """The traced facets of one turn, by what alone sees them: the sea's own shadows, no objects'."""
 
     facets: Illumination
+    two_way: list[NDArray]  # (column, facet) of each of `POLARIZATIONS`: power over that of the same water lit
     lowest_m: float  # the lowest antenna above mean sea level, mean over the turn: what it sees, all see
 
 
@@ -177,8 +180,10 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
         trace = tracer(tracer_name, scene.radar, scene.scattering, diffraction="knife_edge")
-        facets = trace(surface.levelled).on(surface.facets)
-        yield Light(_without_drowned(facets, surface, sea), float(grid.pose.positions[..., 2].mean(axis=0).min()))
+        facets = _without_drowned(trace(surface.levelled).on(surface.facets), surface, sea)
+        water = permittivity_of(scene.scattering, scene.radar.frequency_hz)
+        two_way = [two_way_power(facets, each, water, scene.wavelength_m) for each in POLARIZATIONS]
+        yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
 def realised(scene: Scene, seed: int) -> tuple[Scene, Sea]:
