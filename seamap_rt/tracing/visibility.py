@@ -7,7 +7,7 @@ what is small on it returns the fourth power. In and beside shadows the field is
 plane stands for it. At the horizon of a smooth crest HH has f(0) (2/ka)^(1/3) in place of 0, f(0) = 0.776 (Fock 1965,
 Electromagnetic Diffraction and Propagation Problems, chapter 2), as a plane of sin ψ = 0.388 (2/ka)^(1/3) would. With s
 for that, sin ψ is taken as (sin^1.5 ψ + s^1.5)^(2/3), which up to the last facet before the horizon is right to 1.5 dB
-of two-way power in HH and 3 dB in VV, where a plane is 30 dB off (`tests/tracing/test_visibility.py`).
+of two-way power in HH and 3.5 dB in VV, where a plane is 30 dB off (`tests/tracing/test_visibility.py`).
 
 Against wave optics on seas of 1/60 to 1/20, of all waves down to 12 mm, half of the water returns −6 dB or more within
 a few metres of where this says (`validation/light/half_visible.py`); by light alone half is visible a tenth farther.
