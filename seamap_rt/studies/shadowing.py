@@ -222,9 +222,10 @@ def headlines(data: xr.Dataset) -> list[str]:
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
         words = [_half_in_words(mast.sel(look=look)) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
-    lines.append(
-        f"VV, HH: beyond which less than half returns {RADAR_LEVEL_DB:g} dB or more of its two-way power when lit"
-    )
+    if data["look_radar_r50"].sel(level=RADAR_LEVEL_DB).notnull().any():
+        lines.append(
+            f"VV, HH: beyond which less than half returns {RADAR_LEVEL_DB:g} dB or more of its two-way power when lit"
+        )
     return lines
 
 

@@ -62,7 +62,7 @@ def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     axes.plot(distance, 100.0 * mast["look_smith"].values, color=colour, linestyle="--", linewidth=0.9)
     if "look_exact" in mast:
         axes.plot(distance, 100.0 * mast["look_exact"].values, "x", color=style.BLACK, markersize=3.0)
-    for each, dashes in _DASHES.items():
+    for each, dashes in _DASHES.items() if "look_radar_r50" in mast else ():  # not in studies of versions before
         radar = mast["look_radar_visible_fraction"].sel(polarization=each, level=RADAR_LEVEL_DB).values
         axes.plot(distance, 100.0 * radar, color=colour, linestyle=dashes, linewidth=0.9)
     axes.plot(distance, 100.0 * mast["look_visible_fraction"].values, color=colour)

@@ -73,7 +73,8 @@ def test_a_round_crest_returns_what_wave_optics_says(radius_m: float, polarizati
     plane = sine if polarization == "HH" else np.abs(sine / (sine + impedance))
     for number, at in enumerate(seen.distance[chosen]):
         judged = field[(x > at - 0.25) & (x < at + 0.25)].mean()
-        assert abs(10.0 * np.log10(power[chosen[number]] * plane[number] ** 4 / judged)) < 3.0, at
+        off_db = 10.0 * np.log10(power[chosen[number]] * plane[number] ** 4 / judged)
+        assert abs(off_db) < (1.6 if polarization == "HH" else 3.5), at
 
 
 @pytest.mark.parametrize("polarization", POLARIZATIONS)
