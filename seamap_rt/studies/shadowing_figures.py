@@ -46,7 +46,10 @@ def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Fig
         if data["look_visible_fraction"].sel(look=look).isnull().all():
             style.note(axes, "nothing known")
     _legend(
-        figure, data, ("to light, 95 % band", *(f"to a radar, {each}" for each in _DASHES), "Smith 1967"), _ALL_DASHES
+        figure,
+        data,
+        ("to light, 95 % band", *(f"to a radar, {each} −6 dB" for each in _DASHES), "Smith 1967"),
+        _ALL_DASHES,
     )
     below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
     _draw_half_ranges(below, data, len(looks))
