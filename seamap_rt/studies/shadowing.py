@@ -1,6 +1,9 @@
 """How far a radar sees: the visible share of the sea by range, look and antenna height, over several realisations.
 
-Seen is what all antennas see, by horizontal area, in the first turn of each seed; shadows are the sea's own, geometric.
+Seen is what all antennas see, by horizontal area, in the first turn of each seed, in the sea's own shadows. By light
+these are geometric. A radar's are not: water is visible to it (`radar_`), in VV and in HH, whose two-way power is at
+least −3, −6 or −10 dB of that of the same water lit (`tracing/visibility.py`).
+
 It is counted by sectors of 15° about the waves' direction, and again by the looks of `visible_tally`: along the waves
 (up and down), at 45°, across, and all together. The bands are Student's over seeds alone, as crests that neighbouring
 sectors and ranges share make these dependent; `azimuth_correlation` and `range_correlation` say how much.
@@ -10,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +37,8 @@ if TYPE_CHECKING:
     from .visible_dataset import Window
 
 LEAST_RUNGS_A_BIN = 4
+_RADAR = ("radar_visible_fraction", "radar_r50")
+RADAR_LEVEL_DB = -6.0  # of the levels, that which is told in a line
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
 
 
@@ -51,7 +57,8 @@ def shadowing(
     one of them asks for. A height with an antenna under water at time 0 is NaN, and `r50_note` says why. Ranges are
     horizontal, in bins of bin_m within radar.range_m. `smith`, `wagner` and, for a scene of one regular wave, `exact`
     are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
-    `look`; `share(seed, …)` holds the realisations themselves.
+    `look`; `share(seed, …)` holds the realisations themselves. `radar_visible_fraction` and `radar_r50` are also over
+    `polarization` and `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
     from .visible_tally import Light, common_meshing, lights, realised, tally, with_keys
@@ -74,7 +81,7 @@ def shadowing(
         for mast, light in zip(result, lights(seeded, meshing, sea, tracer), strict=True):
             if isinstance(light, Light):
                 mast.lowest_m = light.lowest_m
-                mast.tallies.append(tally(light.facets, window.looks, window.edges))
+                mast.tallies.append(tally(light, window.looks, window.edges))
             else:
                 mast.reason = mast.reason or light
     assert sea is not None
@@ -201,7 +208,8 @@ def write_shadowing(
 
 
 def headlines(data: xr.Dataset) -> list[str]:
-    """A line per height: the range beyond which half is shadowed, along the waves, at 45°, across, all looks."""
+    """A line per height: beyond which range half is shadowed, along the waves, at 45°, across, all looks; a last line
+    says when water is visible to a radar."""
     from .visible_dataset import OUTSIDE  # takes a second
 
     lines = []
@@ -214,6 +222,10 @@ def headlines(data: xr.Dataset) -> list[str]:
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
         words = [_half_in_words(mast.sel(look=look)) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
+    if data["look_radar_r50"].sel(level=RADAR_LEVEL_DB).notnull().any():
+        lines.append(
+            f"VV, HH: beyond which less than half returns {RADAR_LEVEL_DB:g} dB or more of its two-way power when lit"
+        )
     return lines
 
 
@@ -223,7 +235,10 @@ def _half_in_words(mast: xr.Dataset) -> str:
         return f"no range {where} ({mast['look_r50_note'].item()})"
     low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
     band = f" [{low:.0f}, {high:.0f}]" if np.isfinite(low) else ""
-    return f"{half:.0f} m{band} {where} (Smith {float(mast['look_r50_smith']):.0f} m)"
+    radar = mast["look_radar_r50"].sel(level=RADAR_LEVEL_DB)
+    found = [(str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values]
+    by_radar = "".join(f"{each} {to:.0f} m, " for each, to in found if np.isfinite(to))
+    return f"{half:.0f} m{band} {where} ({by_radar}Smith {float(mast['look_r50_smith']):.0f} m)"
 
 
 def table(data: xr.Dataset) -> str:
@@ -235,6 +250,9 @@ def table(data: xr.Dataset) -> str:
     for dim, prefix in (("look", "look_"), ("azimuth", "")):
         names = {f"{prefix}{column}": column for column in columns if f"{prefix}{column}" in data}
         part = data[list(names)].rename(names).drop_vars("lowest_antenna")
+        for name, wave, level in product(_RADAR, data["polarization"].values, data["level"].values):
+            chosen = data[f"{prefix}{name}"].sel(polarization=wave, level=level, drop=True)
+            part[f"{name}_{str(wave).lower()}_{-level:.0f}_db"] = chosen
         frame = part.to_dataframe(dim_order=["height", dim, "range"]).reset_index()
         if dim == "look":
             frame.insert(1, "azimuth", np.nan)

@@ -15,8 +15,11 @@ from matplotlib.lines import Line2D
 from ..report import style
 from ..report.page_elements import Cell, Fold, Image, Table, html_page
 from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
+from .shadowing import RADAR_LEVEL_DB
 from .visible_tally import LOOKS
 
+_DASHES = {"VV": "-.", "HH": ":"}
+_ALL_DASHES = ("-", *_DASHES.values(), "--")
 _LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches
 _WIDE = (style.WIDTH - _LEFT - 2.0 * _GAP - 0.12) / 3.0
 LOOK_WORDS = {
@@ -42,7 +45,12 @@ def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Fig
         axes.set(ylim=(0.0, 103.0), xlim=(0.0, float(data["range"].max())))
         if data["look_visible_fraction"].sel(look=look).isnull().all():
             style.note(axes, "nothing known")
-    _legend(figure, data, ("measured, 95 % band", "Smith 1967", "Wagner 1967"), ("-", "--", ":"))
+    _legend(
+        figure,
+        data,
+        ("to light, 95 % band", *(f"to a radar, {each} −6 dB" for each in _DASHES), "Smith 1967"),
+        _ALL_DASHES,
+    )
     below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
     _draw_half_ranges(below, data, len(looks))
     note = f"Bands: {data.attrs['bands']}.\nJags along the waves are single crests, which stand across a whole sector."
@@ -55,9 +63,11 @@ def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     low, high = (100.0 * mast[f"look_visible_fraction_{end}"].values for end in ("low", "high"))
     axes.fill_between(distance, low, high, color=colour, alpha=0.15, linewidth=0.0)
     axes.plot(distance, 100.0 * mast["look_smith"].values, color=colour, linestyle="--", linewidth=0.9)
-    axes.plot(distance, 100.0 * mast["look_wagner"].values, color=colour, linestyle=":", linewidth=0.9)
     if "look_exact" in mast:
         axes.plot(distance, 100.0 * mast["look_exact"].values, "x", color=style.BLACK, markersize=3.0)
+    for each, dashes in _DASHES.items() if "look_radar_r50" in mast else ():  # not in studies of versions before
+        radar = mast["look_radar_visible_fraction"].sel(polarization=each, level=RADAR_LEVEL_DB).values
+        axes.plot(distance, 100.0 * radar, color=colour, linestyle=dashes, linewidth=0.9)
     axes.plot(distance, 100.0 * mast["look_visible_fraction"].values, color=colour)
     axes.plot([float(mast["look_r50"])], [50.0], "o", color=colour, markersize=4.0)
 
@@ -144,7 +154,7 @@ def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequ
     """Two rows above the panels: a colour per height, a dash per kind of line."""
     colours = [Line2D([], [], color=colour, label=f"mast {height:g} m") for height, colour in _heights(data)]
     kinds = [Line2D([], [], color=style.GREY, ls=dash, label=line) for line, dash in zip(lines, dashes, strict=True)]
-    if "look_exact" in data and len(lines) == 3:
+    if "look_exact" in data and len(lines) == 4:
         kinds.append(Line2D([], [], color=style.BLACK, marker="x", ls="", markersize=3.0, label="exact"))
     for row, handles in enumerate((colours, kinds)):
         top = 1.0 - 0.19 * row / figure.get_size_inches()[1]
@@ -152,9 +162,9 @@ def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequ
 
 
 _SHARES = (
-    "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "
-    "curves of Smith and Wagner for the slopes that the mesh carries. Below: the range beyond which half is shadowed, "
-    "by look."
+    "Share of the sea's horizontal area that both antennas see in light, and that returns to a radar, in VV and HH, "
+    "−6 dB or more of its two-way power when lit; along the waves, at 45° and across them, with the curve of Smith for "
+    "the slopes that the mesh carries. Below: the range beyond which half is shadowed from light, by look."
 )
 _SEEN = "Mean height of what is seen (crests, at grazing angles), and lengths of shadows and of visible stretches."
 
@@ -173,8 +183,20 @@ def shadowing_page(data: xr.Dataset, lines: Sequence[str], shares: bytes, seen: 
     )
 
 
-_HEADS = ("Antenna height (m)", "Look", "Half range (m)", "from", "to", "Smith 1967 (m)")
-_NOTE = "The range beyond which half of the sea is shadowed, with its 95 % band."
+_HEADS = (
+    "Antenna height (m)",
+    "Look",
+    "Half range (m)",
+    "from",
+    "to",
+    "Smith 1967 (m)",
+    "VV, −6 dB (m)",
+    "HH, −6 dB (m)",
+)
+_NOTE = (
+    "The range beyond which half of the sea is in shadow, with its 95 % band; and beyond which less than half returns to "
+    "a radar −6 dB or more of its two-way power when lit."
+)
 
 
 def _rows(data: xr.Dataset) -> list[list[Cell]]:
@@ -183,6 +205,7 @@ def _rows(data: xr.Dataset) -> list[list[Cell]]:
     for height in data["height"].values:
         for look in data["look"].values:
             values = [float(data[name].sel(height=height, look=look)) for name in names]
+            values += data["look_radar_r50"].sel(height=height, look=look, level=RADAR_LEVEL_DB).values.tolist()
             numbers = [Cell(f"{each:.0f}", each) if np.isfinite(each) else Cell("—") for each in values]
             result.append([Cell(f"{height:g}", float(height)), Cell(str(look)), *numbers])
     return result

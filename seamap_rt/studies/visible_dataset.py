@@ -25,7 +25,7 @@ from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
 from ..settings import SinusoidWaves
 from .paired import FEWEST_SEEDS
-from .visible_tally import Looks, Tally
+from .visible_tally import LEVELS_DB, POLARIZATIONS, Looks, Tally
 
 Array = NDArray[np.float64]
 
@@ -177,6 +177,9 @@ def exact_share(scene: Scene, wave: SinusoidWaves, grid: PolarGrid, height_m: fl
 OUTSIDE = "outside the radar's sector"
 _VARIABLES = {  # units and long name; _low and _high are the ends of the 95 % band over seeds
     "visible_fraction": ("1", "share of horizontal area that all antennas see"),
+    "radar_visible_fraction": ("1", "share of horizontal area whose two-way power reaches the level"),
+    "radar_r50": ("m", "ground range beyond which half or more is below the level"),
+    "level": ("dB", "two-way power over that of the same water lit"),
     "crest_bias": ("m", "mean height of what is seen above the mean height of all"),
     "r50": ("m", "ground range beyond which half or more is shadowed"),
     "r50_note": ("", "why there is no such range"),
@@ -244,7 +247,15 @@ class Window:
         groups, bins = len(self.looks.members), self.edges.size - 1
         empty = np.zeros((groups, bins))
         runs = np.zeros((2, groups, bins, self.grid.ground_range.size), dtype=np.int64)
-        return Tally(empty, empty, empty, empty, np.zeros(groups), runs)
+        return Tally(
+            empty,
+            empty,
+            np.zeros((len(POLARIZATIONS), len(LEVELS_DB), groups, bins)),
+            empty,
+            empty,
+            np.zeros(groups),
+            runs,
+        )
 
 
 def shadowing_dataset(
@@ -271,6 +282,8 @@ def shadowing_dataset(
         azimuth=looks.azimuth,
         from_waves=("azimuth", looks.from_waves),
         look=list(looks.names),
+        polarization=list(POLARIZATIONS),
+        level=list(LEVELS_DB),
         range=window.middle,
         seed=[scene.seed + number for number in range(seeds)],
     )
@@ -300,8 +313,9 @@ def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dat
 
 
 def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window) -> xr.Dataset:
-    middle, looks, both = window.middle, window.looks, ("group", "range")
+    middle, looks, both, radar = window.middle, window.looks, ("group", "range"), ("polarization", "level")
     share = np.stack([each.lit / each.area for each in tallies])
+    answering = np.stack([each.answering / each.area for each in tallies])
     sums = np.stack([(each.area, each.lit, each.height, each.lit_height) for each in tallies])
     slope = np.sqrt(np.sum([each.slope for each in tallies], axis=0) / sums[:, 0].sum(axis=(0, 2)))
     visible = jackknife(lambda mean: mean, share, (0.0, 1.0))
@@ -310,6 +324,8 @@ def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window)
         "visible_fraction": (both, visible),
         "crest_bias": (both, jackknife(lambda mean: mean[3] / mean[1] - mean[2] / mean[0], sums)),
         "r50": ("group", jackknife(lambda mean: half_range(middle, mean), share, (0.0, np.inf))),
+        "radar_visible_fraction": ((*radar, *both), jackknife(lambda mean: mean, answering, (0.0, 1.0))),
+        "radar_r50": ((*radar, "group"), jackknife(lambda mean: half_range(middle, mean), answering, (0.0, np.inf))),
     }.items():
         values |= {f"{name}{end}": (dims, each) for end, each in zip(("", "_low", "_high"), three, strict=True)}
     values["r50_note"] = ("group", [_note(mast, middle, each) for each in visible[0]])

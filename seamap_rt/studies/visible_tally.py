@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import wrap_degrees
+from ..conventions import from_db, wrap_degrees
 from ..io import scenefile
 from ..io.validation import validate
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
@@ -17,14 +17,18 @@ from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.mast import Mast
 from ..radar.scan import sector_width
 from ..resolved_scene import masts, run_sea
+from ..scattering.permittivity import permittivity_of
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
+from ..tracing.visibility import two_way_power
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
+POLARIZATIONS = ("VV", "HH")
+LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
 @dataclass(frozen=True)
@@ -75,14 +79,16 @@ class Tally:
 
     area: NDArray[np.float64]  # (group, bin) m²
     lit: NDArray[np.float64]  # (group, bin) m² that all antennas see
+    answering: NDArray[np.float64]  # (polarization, level, group, bin) m² whose two-way power reaches the level
     height: NDArray[np.float64]  # (group, bin) m³, height times area
     lit_height: NDArray[np.float64]  # (group, bin) m³, of what is lit
     slope: NDArray[np.float64]  # (group,) m², squared slope along the look times area, over all bins
     runs: NDArray[np.int64]  # (dark | seen, group, bin, length): how many begin in the bin; the last length: cut short
 
 
-def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tally:
+def tally(light: Light, looks: Looks, edges: NDArray[np.float64]) -> Tally:
     """Sums over horizontal area; edges (bin + 1,) of ground range [m]."""
+    facets = light.facets
     lit, bins = facets.visible_to_both, edges.size - 1
     number = np.searchsorted(edges, facets.distance, side="right") - 1
     box = (number[:, None] == np.arange(bins)) * facets.horizontal_area[:, None]  # (facet, bin) m²
@@ -94,6 +100,7 @@ def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tal
     return Tally(
         area=sums(np.ones_like(seen)),  # added up as `lit` is: where all is lit the share is 1 to the last bit
         lit=sums(seen),
+        answering=np.array([[sums(1.0 * (each >= from_db(level))) for level in LEVELS_DB] for each in light.two_way]),
         height=sums(facets.height),
         lit_height=sums(seen * facets.height),
         slope=sums(np.square(facets.slope_look, dtype=np.float64)).sum(axis=1),
@@ -133,9 +140,10 @@ def _runs(lit: NDArray[np.bool_], number: NDArray[np.intp], looks: Looks, bins: 
 
 @dataclass(frozen=True)
 class Light:
-    """The traced facets of one turn, by what alone sees them: the sea's own shadows, no objects', no diffraction."""
+    """The traced facets of one turn, by what alone sees them: the sea's own shadows, no objects'."""
 
     facets: Illumination
+    two_way: list[NDArray]  # (column, facet) of each of `POLARIZATIONS`: power over that of the same water lit
     lowest_m: float  # the lowest antenna above mean sea level, mean over the turn: what it sees, all see
 
 
@@ -171,8 +179,11 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
             surface = replace(surface, grid=grid)
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
-        facets = tracer(tracer_name, scene.radar, scene.scattering)(surface.levelled).on(surface.facets)
-        yield Light(_without_drowned(facets, surface, sea), float(grid.pose.positions[..., 2].mean(axis=0).min()))
+        trace = tracer(tracer_name, scene.radar, scene.scattering, diffraction="knife_edge")
+        facets = _without_drowned(trace(surface.levelled).on(surface.facets), surface, sea)
+        water = permittivity_of(scene.scattering, scene.radar.frequency_hz)
+        two_way = [two_way_power(facets, each, water, scene.wavelength_m) for each in POLARIZATIONS]
+        yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
 def realised(scene: Scene, seed: int) -> tuple[Scene, Sea]:

@@ -50,6 +50,7 @@ def test_a_flat_sea_is_all_seen() -> None:
     data = shadowing(load_scene("flat", {"radar.range_m": [15.0, 150.0], "radar.sector_deg": LOOKING}), [3.0, 10.0], 2)
     np.testing.assert_array_equal(data["visible_fraction"], 1.0)
     np.testing.assert_array_equal(data["smith"], 1.0)
+    np.testing.assert_array_equal(data["radar_visible_fraction"], 1.0)
     assert data["r50"].isnull().all()
     assert set(data["r50_note"].values.ravel()) == {"nothing is shadowed within 145 m"}
     np.testing.assert_array_equal(data["crest_bias"], 0.0)
@@ -103,6 +104,19 @@ def test_the_mesh_carries_the_resolved_slopes_but_for_its_chords(choppy: xr.Data
     assert 0.88 < share.min() <= share.max() < 1.0
 
 
+def test_a_radar_sees_more_the_less_power_is_asked_for(choppy: xr.Dataset) -> None:
+    """Half of the sea at −6 dB to fewer metres than in light, by 5 to 40 %, for the field at a crest's edge is −12 dB;
+    in HH no nearer than in VV, whose crests have an impedance to lose more to; at −10 dB about as far as in light."""
+    share = choppy["radar_visible_fraction"]
+    assert (share.diff("level") >= 0.0).all()
+    half = choppy["look_radar_r50"].sel(look="all looks") / choppy["look_r50"].sel(look="all looks")
+    half = half.dropna("height", how="all")
+    assert half.sizes["height"] >= 2
+    assert ((half.sel(level=-6.0) > 0.6) & (half.sel(level=-6.0) < 0.95)).all()
+    assert ((half.sel(level=-10.0) > 0.75) & (half.sel(level=-10.0) < 1.05)).all()
+    assert (half.sel(polarization="HH") >= half.sel(polarization="VV")).all()
+
+
 def test_what_is_seen_stands_above_the_mean(choppy: xr.Dataset) -> None:
     bias = choppy["look_crest_bias"].sel(look="all looks").isel(range=slice(-5, None)).mean("range").values
     assert (bias > 0.0).all()
@@ -116,6 +130,7 @@ def test_a_drowned_mast_is_a_row_with_its_reason() -> None:
     low, high = data.sel(height=0.5), data.sel(height=5.0)
     assert low["visible_fraction"].isnull().all()
     assert low["smith"].isnull().all()
+    assert low["radar_visible_fraction"].isnull().all()
     assert all("under water at time 0" in str(note) for note in low["r50_note"].values)
     assert high["visible_fraction"].notnull().all()
     assert "under water" in headlines(data)[0]
@@ -197,7 +212,7 @@ def test_quantiles_of_lengths_stop_where_runs_are_cut() -> None:
 def test_a_study_is_written_whole_and_not_overwritten(tmp_path: Path) -> None:
     scene = small_sea(radar__sector_deg=LOOKING)
     said = write_shadowing(scene, tmp_path / "study", [3.0, 5.0], 2)
-    assert [line.split(":")[0] for line in said] == ["mast 3 m", "mast 5 m"]
+    assert [line.split(":")[0] for line in said] == ["mast 3 m", "mast 5 m", "VV, HH"]
     names = {path.name for path in (tmp_path / "study").iterdir()}
     assert names == {
         "scene.toml",
