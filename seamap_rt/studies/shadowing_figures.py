@@ -194,8 +194,8 @@ _HEADS = (
     "HH, −6 dB (m)",
 )
 _NOTE = (
-    "The range beyond which half of the sea is in shadow, with its 95 % band; and beyond which less than half returns to "
-    "a radar −6 dB or more of its two-way power when lit."
+    "The range beyond which half of the sea is in shadow, with its 95 % band; and beyond which less than half returns "
+    "to a radar −6 dB or more of its two-way power when lit."
 )
 
 
