@@ -76,15 +76,15 @@ class SeaSurface:
             given = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
             parts = tuple(each.astype(np.float32) for each in given)
 
-        def fill(number: tuple[NDArray[np.intp], ...], terms: Terms) -> None:
-            broken = terms.breaking if lit is None else terms.breaking * lit.factor[number]
+        def fill(reached: Reached, terms: Terms) -> None:
+            broken = terms.breaking if lit is None else terms.breaking * reached.of(lit.factor)
             total = terms.bragg + terms.specular + broken
-            breaking[number] = broken / np.maximum(total, _DARK)
+            reached.put(breaking, broken / np.maximum(total, _DARK))
             if scale is not None and parts is not None:
-                column, facet = number
                 level, depth, flat, lean = parts
+                column, facet = reached.column, reached.facet
                 total = total * scale.factor(level[facet], depth[facet], flat[column], lean[column])
-            rcs[number] = total
+            reached.put(rcs, total)
 
         self._each_block(facets, strain, fill)
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
@@ -137,9 +137,9 @@ class SeaSurface:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
         terms = Terms(*(np.zeros(facets.height.shape, dtype=np.float32) for _ in Terms._fields))
 
-        def fill(number: tuple[NDArray[np.intp], ...], found: Terms) -> None:
+        def fill(reached: Reached, found: Terms) -> None:
             for term, values in zip(terms, found, strict=True):
-                term[number] = values
+                reached.put(term, values)
 
         self._each_block(facets, strain, fill)
         return terms
@@ -148,31 +148,29 @@ class SeaSurface:
         self,
         facets: Illumination,
         strain: NDArray[np.float32] | None,
-        take: Callable[[tuple[NDArray[np.intp], ...], Terms], None],
+        take: Callable[[Reached, Terms], None],
     ) -> None:
-        """Give away the terms of the facets that some ray reaches, block by block of columns, with their numbers
-        (column and facet)."""
+        """Give away the terms of the facets that some ray reaches, block by block of columns."""
         sea, reached, wind = self.composite, _reached(facets), self.wind(facets)[:, 0]
         level = facets.grid.column_height[:, 0]
         along, across = np.cos(wind).astype(np.float32), np.sin(wind).astype(np.float32)
         distance, area = facets.distance.astype(np.float32), facets.horizontal_area.astype(np.float32)
 
         def work(begin: int, end: int) -> None:
-            column, facet = np.nonzero(reached[begin:end])
-            number = column + begin, facet
+            found = Reached.of_block(reached, begin, end)
+            column, facet = found.column, found.facet
             if facets.ray_slope is None:
-                fall = (level[number[0]] - facets.height[number]).astype(np.float32) / distance[facet]
+                fall = (level[column] - found.of(facets.height)).astype(np.float32) / distance[facet]
             else:
-                fall = facets.ray_slope[number].astype(np.float32)
-            look, cross = (each[number].astype(np.float32) for each in (facets.slope_look, facets.slope_cross))
+                fall = found.of(facets.ray_slope).astype(np.float32)
+            look, cross = (found.of(each).astype(np.float32) for each in (facets.slope_look, facets.slope_cross))
             sine = 1.0 / np.sqrt(1.0 + fall * fall)  # of the incidence
-            squeezed = np.zeros(1, dtype=np.float32) if strain is None else strain[number]
-            wind_axis = along[number[0]], across[number[0]]
-            levels = sea.nrcs(sine, fall * sine, look, cross, *wind_axis, squeezed)
+            squeezed = np.zeros(1, dtype=np.float32) if strain is None else found.of(strain)
+            levels = sea.nrcs(sine, fall * sine, look, cross, along[column], across[column], squeezed)
             true_area = area[facet] * np.sqrt(1.0 + look * look + cross * cross)
             if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
-                true_area *= facets.facing_in_sight[number]
-            take(number, Terms(*(each * true_area for each in levels)))
+                true_area *= found.of(facets.facing_in_sight)
+            take(found, Terms(*(each * true_area for each in levels)))
 
         in_blocks(work, len(reached))
 
@@ -248,6 +246,31 @@ class SeaSurface:
             breaker_speed=-speed * np.cos(wind),  # they run down-wind
             breaker_spread=spread,
         )
+
+
+class Reached(NamedTuple):
+    """The facets of some columns that a ray reaches."""
+
+    columns: slice
+    column: NDArray[np.intp]  # (n,) of each
+    facet: NDArray[np.intp]
+    place: NDArray[np.intp]  # among all of these columns, one after the other
+
+    @classmethod
+    def of_block(cls, reached: NDArray[np.bool_], begin: int, end: int) -> Reached:
+        """Of reached (column, facet), from one column to another."""
+        part = reached[begin:end]
+        place = np.flatnonzero(part)
+        column = np.repeat(np.arange(len(part)), np.count_nonzero(part, axis=1))
+        return cls(slice(begin, end), column + begin, place - column * part.shape[1], place)
+
+    def of(self, field: NDArray[Any]) -> NDArray[Any]:
+        """A field (column, facet) on them (n,)."""
+        return field[self.columns].reshape(-1).take(self.place)
+
+    def put(self, field: NDArray[Any], values: NDArray[Any]) -> None:
+        """Write values (n,) into a field (column, facet)."""
+        field[self.columns].reshape(-1)[self.place] = values
 
 
 def two_way_power(facets: Illumination) -> NDArray[np.float32]:

@@ -28,18 +28,14 @@ _INCIDENCES = 400  # at which the average is made; a spline carries it to the ta
 _WINDS = 8  # directions of the wind in half a turn: 2φ is free of all harmonics below 14φ
 _LEAST_TILT = 1e-8  # slope variance that stands in for none
 
-Column = NDArray[np.float32]
-
 
 class TiltedBragg(NamedTuple):
     """What depends on cos θi alone, by equal steps of it. φ is the wind's axis against the Bragg vector."""
 
     low: float  # the smallest cos θi, negative: a facet seen from behind still shows its steepest tilts
-    like: tuple[Column, Column]  # ⟨|s_pp|²⟩, to be taken times A⁴: mean, cos 2φ
-    mixed: tuple[Column, Column]  # ⟨2 Re s_pp s_qq* + 4 |s_pq|²⟩, times A² B²
-    other: tuple[Column, Column]  # ⟨|s_qq|²⟩, times B⁴
-    like_skew: Column  # ±4 ⟨Re s_pp s_pq*⟩, times A³ B: sin 2φ
-    other_skew: Column  # ±4 ⟨Re s_qq s_pq*⟩, times A B³
+    table: NDArray[np.float32]  # (node, 8): means and their cos 2φ of three, then sin 2φ of two
+    # ⟨|s_pp|²⟩, to be taken times A⁴; ⟨2 Re s_pp s_qq* + 4 |s_pq|²⟩, times A² B²; ⟨|s_qq|²⟩, times B⁴;
+    # ±4 ⟨Re s_pp s_pq*⟩, times A³ B; ±4 ⟨Re s_qq s_pq*⟩, times A B³
 
     def nrcs(self, view: FacetView, wind_cosine: Array, wind_sine: Array) -> Array:
         """σ0 per unit true area, for a view in float32 and the cos 2φ and sin 2φ of the wind."""
@@ -47,19 +43,13 @@ class TiltedBragg(NamedTuple):
         position = np.fmax(view.cos_local - float(np.float32(self.low)), 0.0) * scale  # of what is no number 0
         index = position.astype(np.intp)
         part = position - index.astype(np.float32)
-
-        def look_up(column: Column) -> Array:
-            low = column.take(index)
-            return low + part * (column.take(index + 1) - low)
-
-        def towards(columns: tuple[Column, Column]) -> Array:
-            return look_up(columns[0]) + look_up(columns[1]) * wind_cosine
-
+        rows = self.table.take(index, axis=0)  # (…, column)
+        rows += part[..., None] * (self.table.take(index + 1, axis=0) - rows)
+        like, mixed, other = (rows[..., n] + rows[..., n + 1] * wind_cosine for n in (0, 2, 4))
         a2 = view.a2
         b2 = 1.0 - a2
-        like, other = towards(self.like) * a2, towards(self.other) * b2
-        skew = (look_up(self.like_skew) * a2 + look_up(self.other_skew) * b2) * (view.ab * wind_sine)
-        return np.maximum(like * a2 + towards(self.mixed) * (a2 * b2) + other * b2 + skew, 0.0)
+        skew = (rows[..., 6] * a2 + rows[..., 7] * b2) * (view.ab * wind_sine)
+        return np.maximum(like * (a2 * a2) + mixed * (a2 * b2) + other * (b2 * b2) + skew, 0.0)
 
 
 @lru_cache(maxsize=32)
@@ -85,9 +75,10 @@ def tilted_bragg(frequency_hz: float, permittivity: complex, polarization: str, 
     mean, cosine2, sine2 = _to_table(incidence, _harmonics(by_wind))
     hh, vv, mixed = zip(mean[:3], cosine2[:3], strict=True)
     low = float(np.cos(incidence[-1]))
-    if polarization == "HH":
-        return TiltedBragg(low, hh, mixed, vv, sine2[3], sine2[4])
-    return TiltedBragg(low, vv, mixed, hh, -sine2[4], -sine2[3])
+    columns = (*hh, *mixed, *vv, sine2[3], sine2[4])
+    if polarization == "VV":
+        columns = (*vv, *mixed, *hh, -sine2[4], -sine2[3])
+    return TiltedBragg(low, np.stack(columns, axis=1))
 
 
 def _moments(view: FacetView, frequency_hz: float, permittivity: complex, waves: ShortWaves) -> tuple[Array, Array]:
