@@ -9,7 +9,7 @@ import os
 import sys
 import warnings
 
-from cyclopts import CycloptsError, UnknownCommandError
+from cyclopts import CycloptsError, UnknownCommandError, UnusedCliTokensError
 
 from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import A_TABLE
@@ -82,6 +82,8 @@ def _answer_to(error: Exception, stops: Stops) -> int:
         return _refuse(str(error), NO_BACKEND)
     except UnknownCommandError as error:
         return _refuse(_commands_in_words(error.unused_tokens or [""]), BAD_INPUT)
+    except UnusedCliTokensError as error:
+        return _refuse(_unused_in_words(error.unused_tokens or [""]), BAD_INPUT)
     except (SchemaError, CycloptsError) as error:
         return _refuse(str(error), BAD_INPUT)
     except OSError as error:
@@ -100,6 +102,14 @@ def _commands_in_words(tokens: list[str]) -> str:
     near = difflib.get_close_matches(tokens[0], names, 1)
     hint = f"did you mean {near[0]}? The" if near else "the"
     return f"{shown(tokens[0])}: no such command; {hint} commands are {', '.join(names)}"
+
+
+def _unused_in_words(tokens: list[str]) -> str:
+    """Words that are left over, such as a key of the scene without --set."""
+    left = " ".join(tokens)
+    if all("=" in each for each in tokens):
+        return f"{left}: belongs to no option; write {' '.join(f'--set {each}' for each in tokens)} to change a key"
+    return f"{left}: the command takes no such argument; --help says which it takes"
 
 
 def _disk_words(error: OSError) -> str:

@@ -52,6 +52,12 @@ def test_bad_settings_are_one_line(call: Any, command: str, pair: str, words: tu
     assert not Path("results").exists()
 
 
+@pytest.mark.parametrize("command", ["run", "shadowing", "outlook"])
+def test_a_key_without_its_option_is_told_where_it_belongs(call: Any, command: str) -> None:
+    assert_refused(call(command, "tiny", "seed=3", "turns=2"), "seed=3 turns=2", "--set seed=3 --set turns=2")
+    assert_refused(call(command, "tiny", "more"), "more", "--help")
+
+
 @pytest.mark.parametrize("command", ["run", "simulate"])
 @pytest.mark.parametrize("option", [("--turns", "1.5"), ("--seed", "1.7"), ("--turns", "two")])
 def test_no_half_turns(call: Any, command: str, option: tuple[str, str]) -> None:
