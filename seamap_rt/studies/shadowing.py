@@ -224,7 +224,8 @@ def headlines(data: xr.Dataset) -> list[str]:
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
     if data["look_radar_r50"].sel(level=RADAR_LEVEL_DB).notnull().any():
         lines.append(
-            f"VV, HH: beyond which less than half returns {RADAR_LEVEL_DB:g} dB or more of its two-way power when lit"
+            f"VV, HH: range beyond which less than half of the sea returns {RADAR_LEVEL_DB:g} dB or more of its "
+            "two-way power when lit"
         )
     return lines
 
