@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import traceback
 
 
 def filter_asyncio_log() -> None:
@@ -15,6 +16,7 @@ def filter_asyncio_log() -> None:
 def _is_relevant(record: logging.LogRecord) -> bool:
     text = record.getMessage()
     raised = record.exc_info[1] if record.exc_info else None
-    libraries = type(raised).__module__, text
+    where = traceback.walk_tb(raised.__traceback__ if raised else None)
+    libraries = type(raised).__module__, text, *(frame.f_code.co_filename for frame, _ in where)
     left = "never retrieved" in text or "was destroyed but it is pending" in text
     return not (left and any(name in said for said in libraries for name in ("zarr", "distributed")))

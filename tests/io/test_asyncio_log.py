@@ -13,6 +13,15 @@ class Told(Exception):
     __module__ = "distributed.comm.core"
 
 
+def raised_in(file: str) -> Exception:
+    """An error of Python's own that a library's code has raised."""
+    try:
+        exec(compile("raise RuntimeError('Nanny failed to start.')", file, "exec"))
+    except RuntimeError as error:
+        return error
+    raise AssertionError
+
+
 @pytest.mark.parametrize(
     ("text", "error", "heard"),
     [
@@ -20,6 +29,8 @@ class Told(Exception):
         ("Task was destroyed but it is pending!\ntask: <Task coro=<f() at /lib/zarr/core/sync.py:113>>", None, False),
         ("Task was destroyed but it is pending!\ntask: <Task coro=<f() at /lib/mine.py:3>>", None, True),
         ("Future exception was never retrieved", Told(), False),
+        ("Task exception was never retrieved", raised_in("/lib/distributed/core.py"), False),
+        ("Task exception was never retrieved", raised_in("/lib/mine.py"), True),
         ("Future exception was never retrieved", ValueError(), True),
         ("Executing a slow task of zarr", None, True),
     ],
