@@ -14,7 +14,7 @@ from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
 from .covariance.dwell_sums import DwellSums, Paired
 from .covariance.dwells import Dwells
-from .covariance.pairs import PulsePairs
+from .covariance.products import PulsePairs
 from .covariance.velocity import Lag, beam_passage
 from .covariance.windows import pulse_correlation
 from .estimation.estimators import single_cell
@@ -23,8 +23,7 @@ from .geometry.poses import LookPoses, PulsePoses
 from .input.description import RadarDescription, compared_receivers, transmitters
 from .phase.ambiguity import Expected
 from .phase.interferogram import AROUND, BLURRED_GATES, LASTING, Interferogram
-from .phase.speckle import kept_between
-from .phase.uncertainty import Dwelt
+from .phase.speckle import Dwelt, kept_between
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,19 +19,18 @@ from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
+from .estimation.error_covariance import sensor_variance
 from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import quality_flags
-from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
 from .geometry.heights import Heights
-from .gridding.ground_map import Ground, at_one_instant, ground_map
-from .input.checks import check_maps, check_pulses_compare, checked_echoes
+from .ground_map import Ground, at_one_instant, ground_map
+from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn
 from .input.description import RadarDescription
-from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
-from .phase.uncertainty import ONE_CELL
+from .phase.speckle import ONE_CELL
 
 Map = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
 from seamap_rt.interferometry.geometry.poses import LookPoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.uncertainty import Dwelt
+from seamap_rt.interferometry.phase.speckle import Dwelt
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

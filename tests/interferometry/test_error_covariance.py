@@ -14,7 +14,7 @@ from seamap_rt.interferometry.estimation.error_covariance import (
     correlation_beside,
     correlation_by_range,
 )
-from seamap_rt.interferometry.phase.uncertainty import Dwelt
+from seamap_rt.interferometry.phase.speckle import Dwelt
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

@@ -19,8 +19,7 @@ from seamap_rt.interferometry.covariance.windows import (
 )
 from seamap_rt.interferometry.geometry.heights import edge_bias
 from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.speckle import incoherent_power
-from seamap_rt.interferometry.phase.uncertainty import ONE_CELL, Dwelt
+from seamap_rt.interferometry.phase.speckle import ONE_CELL, Dwelt, incoherent_power
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

@@ -33,8 +33,7 @@ from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
 from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import phase_variances
-from seamap_rt.interferometry.phase.uncertainty import ONE_CELL
+from seamap_rt.interferometry.phase.speckle import ONE_CELL, phase_variances
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator

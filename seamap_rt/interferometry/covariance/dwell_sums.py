@@ -28,8 +28,18 @@ from ...errors import SchemaError
 from ...settings import RetrievalSettings
 from ..input.description import RadarDescription
 from .dwells import Dwells
-from .pairs import PulsePairs, Rows, both_ways_of, neighbouring_pulses, rows_apart, same_pulses, sampled
-from .products import Products, dwell_means, half_turns
+from .products import (
+    Products,
+    PulsePairs,
+    Rows,
+    both_ways_of,
+    dwell_means,
+    half_turns,
+    neighbouring_pulses,
+    rows_apart,
+    same_pulses,
+    sampled,
+)
 from .velocity import NO_LAGS, Lag, phase_rate, pulse_pair_lags
 from .windows import Covariance
 

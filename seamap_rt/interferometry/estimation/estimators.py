@@ -12,8 +12,7 @@ from ..covariance.windows import PhaseSlopes, window_weights
 from ..geometry.heights import Heights
 from ..input.description import RadarDescription
 from ..phase.interferogram import Interferogram
-from ..phase.speckle import wrapped_variance
-from ..phase.uncertainty import ONE_CELL, Weights
+from ..phase.speckle import ONE_CELL, Weights, wrapped_variance
 from .bright_spots import BrightSpots, Offsets
 from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
 from .optimal import Measured, optimal_heights

@@ -16,8 +16,17 @@ from ..covariance.windows import Covariance, PhaseSlopes
 from ..estimation.quality import has_echo, lit_power, object_echo, own_echo
 from ..geometry.heights import Heights, PhaseModel, edge_bias
 from .ambiguity import Expected, Resolved, astray, needed, resolve, sea_size
-from .speckle import estimation_doubt, incoherent_power, phase_variances, wrapped_variance
-from .uncertainty import ONE_CELL, Dwelt, Samples, Weights, echo_correlations
+from .speckle import (
+    ONE_CELL,
+    Dwelt,
+    Samples,
+    Weights,
+    echo_correlations,
+    estimation_doubt,
+    incoherent_power,
+    phase_variances,
+    wrapped_variance,
+)
 
 Map = NDArray[np.float64]
 
