@@ -217,7 +217,7 @@ def _laid(
     return centred_looks(fan, sweep, away, values, distance, widest_gap)
 
 
-_FINER = 3  # looks for one; coarser ones would blur waves across the looks
+_OVERSAMPLING = 3  # looks for one; coarser ones would blur waves across the looks
 _SAMPLES = 3  # per side of a ground cell
 
 
@@ -253,8 +253,8 @@ def centred_looks(
     # The first and the last look serve as far as half a look beyond.
     sweep = np.concatenate((sweep[:1] - half, sweep, sweep[-1:] + half))
     beside = np.concatenate((laid[:1], laid, laid[-1:]))[..., 1:]
-    looks = _FINER * fan.sweep.size
-    fine = fan.sweep[0] - half + (np.arange(looks) + 0.5) * fan.spacing / _FINER
+    looks = _OVERSAMPLING * fan.sweep.size
+    fine = fan.sweep[0] - half + (np.arange(looks) + 0.5) * fan.spacing / _OVERSAMPLING
     across = resample_looks(sweep.T, np.ascontiguousarray(beside.transpose(2, 1, 0)), fine, 1.5 * fan.spacing)
     return replace(fan, sweep=fine), np.ascontiguousarray(across.transpose(1, 0, 2))
 

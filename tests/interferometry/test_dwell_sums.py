@@ -11,7 +11,7 @@ from scipy.special import gamma
 
 from seamap_rt.compute import machine
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, PulseComparison
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.windows import without_noise
 from seamap_rt.interferometry.input.description import RadarDescription
@@ -50,7 +50,7 @@ def sums(
     settings = RetrievalSettings.model_validate(chosen)
     transmitter = (number % 2 if radar.transmit == "switched" else 0 * number).astype(np.int8)
     time = np.asarray(number * INTERVAL, dtype=np.float64)
-    paired = Paired.of(voltage, transmitter, time, (0, 1), radar, settings)
+    paired = PulseComparison.of(voltage, transmitter, time, (0, 1), radar, settings)
     return DwellSums.of(voltage, transmitter, time, paired, dwells, (0, 1), radar, settings, levels)
 
 

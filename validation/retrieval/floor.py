@@ -28,7 +28,7 @@ from seamap_rt.interferometry.estimation.error_covariance import (
     correlation_by_range,
 )
 from seamap_rt.interferometry.estimation.estimators import bright_spots, sliding_plane
-from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
@@ -111,7 +111,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     ground = model.ground(each.points)
     footprint = model.radar.footprint(given.width)
     blur = 0.5 * (footprint[0] ** 2 + (footprint[1] * model.radar.ranges) ** 2)
-    known = Measured(each.height, errors, ground, model.outward(*ground), blur)
+    known = MeasuredHeights(each.height, errors, ground, model.outward(*ground), blur)
     cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)
     return optimal_heights(known, law.sea, echoing & np.isfinite(each.height), cell, model.radar.ranges)[0]
 

@@ -148,14 +148,14 @@ class PhaseSlopes:
     def phasors(self, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """What turns a neighbour's phase back by either (part, look or 1, gate) of a map's shape (look, gate): kept,
         for windows come in several sizes."""
-        if shape not in self._kept:
+        if shape not in self._phasors:
             phasors = (_phasor(-np.atleast_2d(each)) for each in (self.per_gate, self.per_look))
             wide = (np.broadcast_to(each, (*each.shape[:2], shape[1])) for each in phasors)
-            self._kept[shape] = tuple(map(np.ascontiguousarray, wide))
-        return self._kept[shape]
+            self._phasors[shape] = tuple(map(np.ascontiguousarray, wide))
+        return self._phasors[shape]
 
     @cached_property
-    def _kept(self) -> dict[tuple[int, ...], Any]:
+    def _phasors(self) -> dict[tuple[int, ...], Any]:
         return {}
 
 

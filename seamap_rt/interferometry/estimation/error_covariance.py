@@ -35,7 +35,7 @@ from ...radar.pose import boat_axes
 from ...radar.waveform import RangeResponse
 from ...settings import SensorErrors
 from ..input.description import RadarDescription
-from ..phase.speckle import Dwelt
+from ..phase.speckle import DwellPulses
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,7 +107,7 @@ def _known_means(response: RangeResponse, lags: bytes, shape: tuple[int, ...]) -
 
 Map = NDArray[np.float64]
 
-_NOTHING = 5e-3  # a smaller correlation is none
+_LEAST_CORRELATION = 5e-3  # a smaller correlation is none
 
 
 @dataclass(frozen=True)
@@ -146,10 +146,10 @@ def correlation_by_range(response: RangeResponse, lags: NDArray[np.floating], sp
     echo = moments.echo(lags)
     tilt = moments.both_moved(lags) * echo - moments.moved(lags) ** 2 if spots is None else spots.covariance(lags)
     found = np.stack((tilt / tilt[0], echo**2, response.noise_correlation(lags) * echo))
-    return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _NOTHING, axis=0))[-1])]
+    return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _LEAST_CORRELATION, axis=0))[-1])]
 
 
-def correlation_beside(dwelt: Dwelt) -> float:
+def correlation_beside(dwelt: DwellPulses) -> float:
     """Correlation of the speckle's errors between the dwells of neighbouring looks.
 
     From that of the pulses, of which the last of one dwell follow the first of the next; half at most, as for two

@@ -23,8 +23,8 @@ from ...compute.machine import in_blocks
 
 HEIGHT, ALONG, UP, LENGTH, RISE_ALONG, RISE_UP, OUT_ALONG, OUT_UP, RIGHT, OTHERS = range(10)
 
-_STEPS = 40  # of the fixed point at most; each gains a factor of about B/R
-_PRECISION = 4.0 * np.finfo(np.float64).eps
+_ITERATIONS = 40  # of the fixed point at most; each gains a factor of about B/R
+_RELATIVE_TOLERANCE = 4.0 * np.finfo(np.float64).eps
 
 
 @compiled
@@ -45,12 +45,12 @@ def locate_rows(begin, end, gate, difference, fan, share, weights, points, gain)
             lower[j] = ranges[j] - share * delta[j]
         _sight(row[LENGTH], axis, lower, delta, along, up)
         if weights.size:
-            for _ in range(_STEPS):
+            for _ in range(_ITERATIONS):
                 _without_more(row, lower, delta, share, weights, along, up, after)
-                settled = _settled(lower, after, ranges)
+                converged = _converged(lower, after, ranges)
                 _copy(after, lower)
                 _sight(row[LENGTH], axis, lower, delta, along, up)
-                if settled:
+                if converged:
                     break
         for j in range(np.uint64(lower.size)):
             rise = row[RISE_ALONG, j] * along[j] + row[RISE_UP, j] * up[j]
@@ -73,16 +73,16 @@ def difference_rows(begin, end, gate, height, fan, share, weights, difference):
         for j in range(np.uint64(lower.size)):
             drop[j] = row[HEIGHT, j] - drop[j]
             lower[j] = ranges[j]
-        for _ in range(_STEPS):
+        for _ in range(_ITERATIONS):
             for j in range(np.uint64(lower.size)):
                 cosine = -drop[j] * axis[3, j] / lower[j]
                 cosine = -1.0 if cosine < -1.0 else cosine  # straight below, where the fan does not reach so far up
                 along[j], up[j] = _direction(axis, j, cosine)
                 delta[j] = _farther(row[ALONG, j], row[UP, j], row[LENGTH, j], lower[j], along[j], up[j])
             _without_more(row, lower, delta, share, weights, along, up, after)
-            settled = _settled(lower, after, ranges)
+            converged = _converged(lower, after, ranges)
             _copy(after, lower)
-            if settled:
+            if converged:
                 break
 
 
@@ -151,10 +151,10 @@ def _without_more(row, lower, delta, share, weights, along, up, after):
 
 
 @compiled_step
-def _settled(lower, after, ranges):
+def _converged(lower, after, ranges):
     most = 0.0
     for j in range(np.uint64(lower.size)):
-        beyond = abs(after[j] - lower[j]) - _PRECISION * ranges[j]
+        beyond = abs(after[j] - lower[j]) - _RELATIVE_TOLERANCE * ranges[j]
         most = beyond if beyond > most else most
     return most == 0.0
 
@@ -176,7 +176,7 @@ def _farther(along, up, length, lower, sight_along, sight_up):
 
 Field = NDArray[np.float64]
 
-_ALIKE = 64.0 * np.finfo(np.float64).eps  # m, or of directions: what means over a dwell's pulses round
+_ROUNDING = 64.0 * np.finfo(np.float64).eps  # m, or of directions: what means over a dwell's pulses round
 
 
 @dataclass(frozen=True)
@@ -321,7 +321,7 @@ def azimuth_at_sea(
 
     NaN where the range ends above the sea, or on it straight below: there rounding alone would tell.
     """
-    reached = gate_range * np.hypot(*rise) > (1.0 + _ALIKE) * height
+    reached = gate_range * np.hypot(*rise) > (1.0 + _ROUNDING) * height
     along, up = plane_direction(*rise, np.where(reached, -height / gate_range, np.nan))
     return np.arctan2(right * up, out[0] * along + out[1] * up)
 
@@ -341,6 +341,11 @@ def plane_direction(along: Field, up: Field, projection: Field) -> tuple[Field, 
 def _common(field: Field) -> Field:
     """(1, 1) in place of numbers (look, 1) that are alike; looks without any agree with all."""
     known = field[np.isfinite(field)]
-    if field.ndim < 2 or field.shape[1] > 1 or not known.size or np.ptp(known) > _ALIKE * max(1.0, np.abs(known).max()):
+    if (
+        field.ndim < 2
+        or field.shape[1] > 1
+        or not known.size
+        or np.ptp(known) > _ROUNDING * max(1.0, np.abs(known).max())
+    ):
         return field
     return np.full((1, 1), known.mean())

@@ -25,20 +25,20 @@ ONE_CELL: Weights = (np.ones(1), np.ones(1))
 
 
 @dataclass(frozen=True)
-class Dwelt:
+class DwellPulses:
     """What one look's dwell holds in a gate: pulses, and the speckle's correlation from pulse to pulse."""
 
     pulses: int
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
     looks: int = 1_000_000  # that there are: a window is no wider
 
-    def every(self, step: float) -> Dwelt:
+    def every(self, step: float) -> DwellPulses:
         """The same dwell where one pulse in 1/step is compared; step: a ratio, above 1 for more."""
         if not step > 0.0:  # a receiver that heard nothing
             return self
         count = max(1, round(self.pulses * step))
         lags = np.arange(count) / step
-        return Dwelt(count, np.interp(lags, np.arange(self.correlation.size), self.correlation), self.looks)
+        return DwellPulses(count, np.interp(lags, np.arange(self.correlation.size), self.correlation), self.looks)
 
     def samples(self, window: Weights, radar: RadarDescription) -> Samples:
         """Of a window of such dwells; its looks are taken to be independent, its gates overlap by the pulse."""
