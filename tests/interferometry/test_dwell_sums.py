@@ -86,7 +86,7 @@ def written_out(
 @pytest.mark.parametrize("gaps", [0.0, 1e-3, 0.1])
 def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, gaps: float) -> None:
     # Pulses missing, voltages NaN nowhere, here and there, and often, pulses of no look, a look without pulses, blocks
-    # of 64 crossed, gates that fill lanes and some that do not.
+    # of 64 crossed.
     rng = np.random.default_rng(1)
     number = np.delete(np.arange(150), [3, 4, 50, 51, 52, 97])
     voltage = noise(rng, number.size, 2, GATES)
