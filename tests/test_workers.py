@@ -1,19 +1,16 @@
-"""The threads that a process keeps: lent for a piece of work, given back when all of it is done."""
+"""The threads that a process keeps: lent for a piece of work."""
 
 from __future__ import annotations
 
-import gc
 import subprocess
 import sys
 import threading
-import time
-import weakref
 
 import numpy as np
 import pytest
 
 from seamap_rt.compute import machine
-from seamap_rt.compute.machine import Workers, gc_frozen, in_blocks
+from seamap_rt.compute.machine import Workers, in_blocks
 
 
 @pytest.mark.parametrize("rows", [0, 1, 32, 33, 200, 1000])
@@ -42,19 +39,6 @@ def test_as_many_work_at_a_time_as_were_asked_for() -> None:
     with Workers(3) as workers:
         assert workers.count == 3
         list(workers.map(lambda _: together.wait(), range(3)))  # else the barrier breaks
-
-
-def test_it_is_left_when_all_is_done() -> None:
-    done: list[int] = []
-
-    def slow(number: int) -> None:
-        time.sleep(0.02)
-        done.append(number)
-
-    with Workers(2) as workers:
-        for number in range(4):
-            workers.submit(slow, number)
-    assert sorted(done) == [0, 1, 2, 3]
 
 
 def test_an_error_reaches_who_asked_and_ends_nothing_else() -> None:
@@ -94,20 +78,3 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], timeout=60, check=False)
     assert done.returncode == 7
-
-
-def test_the_collector_passes_over_what_was_there_and_then_no_more() -> None:
-    frozen = gc.get_freeze_count()
-    with gc_frozen():
-        assert gc.get_freeze_count() > max(frozen, 1000)
-        cycle = Cycle()
-        cycle.own = cycle
-        gone = weakref.ref(cycle)
-        del cycle
-        gc.collect()
-        assert gone() is None  # what is made within is collected as ever
-    assert gc.get_freeze_count() == 0
-
-
-class Cycle:
-    own: object = None

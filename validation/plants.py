@@ -202,7 +202,7 @@ PLANTS = (
           "interferometry/test_speckle.py::test_strong_echoes_have_good_phases"),
     Plant("cycles taken off instead of added", "interferometry.phase.ambiguity:resolve", part("cycles", np.negative),
           "interferometry/test_unwrapping.py::test_a_sea_beyond_the_ambiguity"),
-    Plant("sensors' errors times 0.8", "interferometry.estimation.sensor_errors:sensor_variance", times(0.64),
+    Plant("sensors' errors times 0.8", "interferometry.estimation.error_covariance:sensor_variance", times(0.64),
           "interferometry/test_sensor_errors.py::test_each_key_has_its_closed_form"),
     Plant("a sea's covariance a fifth too small", "interferometry.estimation.sea_covariance:SeaCovariance.of",
           part("table", lambda table: 0.8 * table),
@@ -210,7 +210,7 @@ PLANTS = (
     Plant("planes that rise towards the radar", "interferometry.estimation.slopes:local_planes",
           part("outward", np.negative),
           "interferometry/test_slopes.py::test_a_plane_comes_back"),
-    Plant("ground maps one square to the east", "interferometry.gridding.ground_map:square_means",
+    Plant("ground maps one square to the east", "interferometry.ground_map:square_means",
           answers(lambda found: np.roll(found, 1, axis=-1)),
           "interferometry/test_ground_maps.py::test_squares_are_means_of_bilinear_values"),
     # Waves from maps, forecasts

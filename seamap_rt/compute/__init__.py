@@ -1,1 +1,1 @@
-"""How the numbers are computed: compiled loops, vector lanes, threads, memory, and the backend that traces rays."""
+"""How the numbers are computed: compiled loops, threads, memory, and the backend that traces rays."""

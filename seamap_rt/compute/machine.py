@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 import resource
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from concurrent.futures import wait as wait_for
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
-from weakref import WeakSet
 
 from threadpoolctl import ThreadpoolController
 
@@ -23,8 +20,6 @@ from ..errors import ResourceError
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
 _BLOCK, _MOST_BLOCKS = 32, 64  # rows, at least; of many rows so many blocks
-_KEPT: dict[int, ThreadPoolExecutor] = {}  # by the number of threads
-_LOCK = threading.Lock()
 _AT_WORK = threading.local()
 
 T = TypeVar("T")
@@ -42,54 +37,38 @@ def threads() -> int:
     return min(_MOST_THREADS, len(cores()))
 
 
-class Workers(Executor):
-    """The process's own threads, `count` of them, lent for a piece of work; left, as a context, when all of it is done.
-
-    They are kept, for to make two threads and to wait for their end costs ten times what a short block of rows does.
-    """
+class Workers(ThreadPoolExecutor):
+    """`count` threads that are kept: to make two and to wait for their end costs ten times what a short block of rows
+    does."""
 
     def __init__(self, count: int) -> None:
+        super().__init__(count, "rows", initializer=lambda: setattr(_AT_WORK, "here", True))
         self.count = count
-        with _LOCK:
-            if count not in _KEPT:
-                _KEPT[count] = ThreadPoolExecutor(count, "rows", initializer=_begin)
-            self._threads = _KEPT[count]
-        self._given: WeakSet[Future[Any]] = WeakSet()  # a result lives no longer than it is wanted
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
         """As of any executor. Work that itself asks for threads is done there and then: those who wait would never end
         where all of them wait."""
-        if getattr(_AT_WORK, "here", False):
-            done: Future[T] = Future()
-            try:
-                done.set_result(fn(*args, **kwargs))
-            except BaseException as error:
-                done.set_exception(error)
-            return done
-        future = self._threads.submit(fn, *args, **kwargs)
-        self._given.add(future)
-        return future
+        if not getattr(_AT_WORK, "here", False):
+            return super().submit(fn, *args, **kwargs)
+        done: Future[T] = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except BaseException as error:
+            done.set_exception(error)
+        return done
 
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """The work ends, the threads do not."""
-        given = list(self._given)
-        for future in given if cancel_futures else ():
-            future.cancel()
-        if wait:
-            wait_for(given)
+    def __exit__(self, *_: object) -> None:
+        """They are kept; who leaves has waited for what was wanted."""
 
 
-def _begin() -> None:
-    _AT_WORK.here = True
-
-
+_workers = cache(Workers)
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_KEPT.clear)  # a child has none of its parent's threads
+    os.register_at_fork(after_in_child=_workers.cache_clear)  # a child has none of its parent's threads
 
 
 def pool() -> Workers:
     """`threads()` of them. Whoever maps work on it must give the same bits for any number of them."""
-    return Workers(threads())
+    return _workers(threads())
 
 
 def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
@@ -107,17 +86,6 @@ def one_blas_thread() -> Iterator[None]:
     """BLAS without threads of its own: they would compete with ours on small products, and could change the bits."""
     with _blas(len(sys.modules)).limit(limits=1, user_api="blas"):
         yield
-
-
-@contextmanager
-def gc_frozen() -> Iterator[None]:
-    """Python's collector of cycles passes over what is there now: to go through all modules' objects takes it a tenth
-    of a second, every dozen turns."""
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()
 
 
 @lru_cache(maxsize=1)

@@ -187,12 +187,13 @@ def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Ar
     eyes = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS).copy()
     made = Sight(*(np.empty(shape, np.float32) for _ in Sight._fields))
     tables = np.stack((echo, in_sight), axis=-1).astype(np.float32)
-    _look(strips.height, strips.step, eyes, starts, first, last, tables, *made)
+    _look(strips.height, strips.step, eyes, starts, first, last, tables, made)
     return made
 
 
 @compiled
-def _look(height, step, eyes, starts, first, last, table, visible, mean, lit_mean, echo):
+def _look(height, step, eyes, starts, first, last, table, sight):
+    visible, mean, lit_mean, echo = sight
     looks, rows, steps = height.shape
     entries = table.shape[1] - 1
     reach = last[-1]

@@ -12,19 +12,18 @@ from numpy.typing import NDArray
 
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
-from .covariance.dwell_sums import DwellSums, Paired
+from .covariance.dwell_sums import DwellSums, PulseComparison
 from .covariance.dwells import Dwells
-from .covariance.pairs import PulsePairs
+from .covariance.products import PulsePairs
 from .covariance.velocity import Lag, beam_passage
 from .covariance.windows import pulse_correlation
 from .estimation.estimators import single_cell
 from .geometry.heights import PhaseModel
 from .geometry.poses import LookPoses, PulsePoses
 from .input.description import RadarDescription, compared_receivers, transmitters
-from .phase.ambiguity import Expected
+from .phase.ambiguity import HeightEstimate
 from .phase.interferogram import AROUND, BLURRED_GATES, LASTING, Interferogram
-from .phase.speckle import kept_between
-from .phase.uncertainty import Dwelt
+from .phase.speckle import DwellPulses, kept_between
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +100,7 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     """
     radar, settings = looks.radar, looks.settings
     times = looks.pulses.time
-    paired = Paired.of(looks.voltage, looks.transmitter, times, looks.antennas, radar, settings)
+    paired = PulseComparison.of(looks.voltage, looks.transmitter, times, looks.antennas, radar, settings)
     pairs = {paths: each for paths, each in ((1, paired.one), (2, paired.two)) if each is not None}
     models = {paths: looks.model(each, paths) for paths, each in pairs.items()}
     levels = None
@@ -113,17 +112,17 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
         looks.voltage, looks.transmitter, times, paired, looks.dwells, looks.antennas, radar, settings, levels
     )
     made = _interferograms(looks, sums, pairs, models, rotated=levels is not None)
-    both = _steady(sums, radar.noise_power) and _clear(made[max(made)].model)
+    both = _coherent(sums, radar.noise_power) and _resolves_pulse(made[max(made)].model)
     return made[max(made) if both else min(made)], sums.lags
 
 
-def _clear(model: PhaseModel) -> bool:
+def _resolves_pulse(model: PhaseModel) -> bool:
     """Whether in most gates the phase of mean sea level turns little within a pulse's length: below a high mast that of
     both ways is blurred where that of one way is not."""
     return bool(np.mean(model.turn_within_pulse > 1.0) < BLURRED_GATES)
 
 
-def _steady(sums: DwellSums, noise_power: float) -> bool:
+def _coherent(sums: DwellSums, noise_power: float) -> bool:
     """Whether echoes last from one pulse to the next: of both ways two pulses are compared."""
     if not sums.lags:
         return True
@@ -154,13 +153,13 @@ def _interferograms(
             sums.noise_square[paths],
             looks.width,
             looks.settings,
-            _kept(sums, pairs[paths], looks.radar),
+            _coherence_left(sums, pairs[paths], looks.radar),
             others,
         )
     return made
 
 
-def _kept(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription) -> NDArray[np.float64] | float:
+def _coherence_left(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription) -> NDArray[np.float64] | float:
     """Share (look, gate) of the echo that is left between the pulses that are compared; 1 of the same ones."""
     if len(pairs.pairs) < 2 or not sums.lags:
         return 1.0
@@ -169,22 +168,22 @@ def _kept(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription) -> NDArra
     return kept_between(lag.products.windowed(*AROUND), radar.noise_power, radar.interval / lag.seconds)
 
 
-def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
+def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> DwellPulses:
     """Pulses of the median look, of those that are compared, and their speckle's correlation."""
     look = looks.pulses.looks(looks.sweeps, looks.width)
     of_look = look[rows][look[rows] >= 0]
     pulses = max(1, int(np.median(np.bincount(of_look)))) if of_look.size else 1
     correlation = pulse_correlation(looks.voltage, look, noise_power, pulses - 1, rows, looks.settings.receivers[0])
-    return Dwelt(pulses, correlation, looks.sweeps.size)
+    return DwellPulses(pulses, correlation, looks.sweeps.size)
 
 
-def _expected_from(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
+def _expected_from(coarse: Interferogram) -> Callable[[], tuple[HeightEstimate, ...]]:
     """Heights of another interferogram, made on demand."""
 
     @lru_cache(maxsize=1)
-    def others() -> tuple[Expected, ...]:
+    def others() -> tuple[HeightEstimate, ...]:
         resolved = single_cell(coarse)
         std = np.where(resolved.ambiguous, np.nan, resolved.std)
-        return (Expected(resolved.heights.height, std),)
+        return (HeightEstimate(resolved.heights.height, std),)
 
     return others

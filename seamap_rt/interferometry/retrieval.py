@@ -19,23 +19,22 @@ from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
+from .estimation.error_covariance import sensor_variance
 from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import quality_flags
-from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
-from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
+from .estimation.slopes import Slopes, local_planes, plane_reach, visible_slopes
 from .geometry.heights import Heights
-from .gridding.ground_map import Ground, at_one_instant, ground_map
-from .input.checks import check_maps, check_pulses_compare, checked_echoes
+from .ground_map import Ground, at_one_instant, ground_map
+from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn
 from .input.description import RadarDescription
-from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
-from .phase.uncertainty import ONE_CELL
+from .phase.speckle import ONE_CELL
 
 Map = NDArray[np.float64]
 
-_SPANNED = 0.05  # least spread of a plane's cells across their line, over that along it
+_LEAST_SPREAD = 0.05  # least spread of a plane's cells across their line, over that along it
 
 
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
@@ -139,9 +138,9 @@ def retrieve_turn(
     along, across, both = np.where(np.isfinite(slopes.outward), errors, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.clip(both / np.sqrt(along * across), -1.0, 1.0)
-    outward, outward_std = of_seen(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
+    outward, outward_std = visible_slopes(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
     sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
-    common = _unsteady(given, heights) ** 2 + sensed
+    common = _transmitter_error(given, heights) ** 2 + sensed
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
@@ -152,7 +151,6 @@ def retrieve_turn(
         looks.dwells,
         heights.cells,
         echoing,
-        echo_power,
         heights.gain,
         height,
         radar,
@@ -209,7 +207,7 @@ def _of_velocities(
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
 
-def _unsteady(given: Interferogram, heights: Heights) -> Map:
+def _transmitter_error(given: Interferogram, heights: Heights) -> Map:
     """Error [m] by the transmitter's phases, where pulses are compared that were sent with unlike ones: of N pulses of
     either receiver √(2/N) of one's. All gates of a look have it in common; 0 where both hear the same pulses."""
     radar = given.model.radar
@@ -219,7 +217,7 @@ def _unsteady(given: Interferogram, heights: Heights) -> Map:
     return np.nan_to_num(heights.gain) * error
 
 
-def _held(sensors: SensorErrors | None) -> str:
+def _error_terms(sensors: SensorErrors | None) -> str:
     """What error bars of heights hold, in words."""
     if sensors is None:
         return "speckle, noise, hidden parts; not the motion sensors' errors, of which the echoes do not tell"
@@ -247,7 +245,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, plan
             "height_m": radar.height,
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
-            "height_std_holds": _held(radar.sensors),
+            "height_std_holds": _error_terms(radar.sensors),
             "slope_planes_m": [float(planes.min()), float(planes.max())],
         },
     )
@@ -261,7 +259,7 @@ def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map, 
     with np.errstate(divide="ignore", invalid="ignore"):
         usual = np.nanmedian(spread) if np.isfinite(spread).any() else 1.0
         weight = 1.0 / (spread**2 + (0.5 * usual) ** 2 + 1e-12)
-    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach, _SPANNED)
+    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach, _LEAST_SPREAD)
 
 
 def _grazing(given: Interferogram) -> Map:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import xarray as xr
 
-from ..compute.machine import gc_frozen, one_blas_thread
+from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
 from ..io.process import uninterrupted
 from ..scene import SceneLike, as_scene
@@ -175,7 +175,6 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
     with ExitStack() as entered:
         for sink in sinks:
             entered.enter_context(sink)
-        entered.enter_context(gc_frozen())
         for turn in turns:
             clock = Stopwatch()
             with uninterrupted(), ExitStack() as undo:

@@ -111,7 +111,7 @@ def by_the_law(batch: ColumnBatch) -> NDArray[np.complex128]:
     return out
 
 
-@pytest.mark.parametrize("window", [1, 8, 13, 40])  # less than the processor's lanes, just these, more
+@pytest.mark.parametrize("window", [1, 8, 13, 40])  # less than are taken together, just half, more
 @pytest.mark.parametrize("kinds", [1, 2])
 @pytest.mark.parametrize("alike", [True, False], ids=["tables alike", "tables of each path"])
 def test_sums_by_the_law(window: int, kinds: int, alike: bool) -> None:

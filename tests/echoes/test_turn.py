@@ -236,12 +236,11 @@ def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.Monke
     facets, rcs = sinusoid(radar)
     lent: list[int] = []
 
-    class Counted(machine.Workers):
-        def __init__(self, count: int) -> None:
-            lent.append(count)
-            super().__init__(count)
+    def counted(count: int) -> machine.Workers:
+        lent.append(count)
+        return machine.Workers(count)
 
-    monkeypatch.setattr(machine, "Workers", Counted)
+    monkeypatch.setattr(machine, "_workers", counted)
     monkeypatch.setattr(machine, "cores", lambda: list(range(5)))
     turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, 0.01)
     assert lent == [5] * 6  # the fastest facet, sums, their transpose, pulses between nodes, noise, converter

@@ -18,7 +18,7 @@ from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
 from seamap_rt.interferometry.geometry.poses import LookPoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.uncertainty import Dwelt
+from seamap_rt.interferometry.phase.speckle import DwellPulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 
@@ -135,7 +135,7 @@ def heard(
         dwell=dwell,
         heard=dwell,
         model=model,
-        dwelt=Dwelt(samples, correlation),
+        dwelt=DwellPulses(samples, correlation),
         noise_power=noise,
         noise_square=1.0,
         width=1.8,

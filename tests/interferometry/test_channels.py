@@ -10,7 +10,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwell_sums import Channel, DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwell_sums import Channel, DwellSums, PulseComparison
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.input.description import RadarDescription
@@ -32,7 +32,7 @@ def sums(data: xr.Dataset, **chosen: Any) -> DwellSums:
     radar, settings = RadarDescription.of(data), RetrievalSettings.model_validate(chosen)
     voltage, transmitter, time = (data[name].values for name in ("voltage", "transmitter", "time"))
     dwells = Dwells(np.arange(time.size) // 50, -(-time.size // 50))
-    paired = Paired.of(voltage, transmitter, time, (0, 1), radar, settings)
+    paired = PulseComparison.of(voltage, transmitter, time, (0, 1), radar, settings)
     return DwellSums.of(voltage, transmitter, time, paired, dwells, (0, 1), radar, settings)
 
 

@@ -11,7 +11,7 @@ from scipy.special import gamma
 
 from seamap_rt.compute import machine
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, PulseComparison
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.windows import without_noise
 from seamap_rt.interferometry.input.description import RadarDescription
@@ -50,7 +50,7 @@ def sums(
     settings = RetrievalSettings.model_validate(chosen)
     transmitter = (number % 2 if radar.transmit == "switched" else 0 * number).astype(np.int8)
     time = np.asarray(number * INTERVAL, dtype=np.float64)
-    paired = Paired.of(voltage, transmitter, time, (0, 1), radar, settings)
+    paired = PulseComparison.of(voltage, transmitter, time, (0, 1), radar, settings)
     return DwellSums.of(voltage, transmitter, time, paired, dwells, (0, 1), radar, settings, levels)
 
 
@@ -86,7 +86,7 @@ def written_out(
 @pytest.mark.parametrize("gaps", [0.0, 1e-3, 0.1])
 def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, gaps: float) -> None:
     # Pulses missing, voltages NaN nowhere, here and there, and often, pulses of no look, a look without pulses, blocks
-    # of 64 crossed, gates that fill lanes and some that do not.
+    # of 64 crossed.
     rng = np.random.default_rng(1)
     number = np.delete(np.arange(150), [3, 4, 50, 51, 52, 97])
     voltage = noise(rng, number.size, 2, GATES)

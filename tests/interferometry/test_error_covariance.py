@@ -14,7 +14,7 @@ from seamap_rt.interferometry.estimation.error_covariance import (
     correlation_beside,
     correlation_by_range,
 )
-from seamap_rt.interferometry.phase.uncertainty import Dwelt
+from seamap_rt.interferometry.phase.speckle import DwellPulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 
@@ -65,13 +65,13 @@ def test_errors_by_tilt_vanish_from_means() -> None:
 
 def test_pulses_of_the_next_look() -> None:
     # The same speckle in all pulses: half at most. New in each: none. Triangular over n pulses: what a sum says.
-    assert correlation_beside(Dwelt(20, np.ones(20))) == pytest.approx(0.5, abs=0.03)
-    assert correlation_beside(Dwelt(20, np.eye(1, 20).ravel())) == 0.0
+    assert correlation_beside(DwellPulses(20, np.ones(20))) == pytest.approx(0.5, abs=0.03)
+    assert correlation_beside(DwellPulses(20, np.eye(1, 20).ravel())) == 0.0
     correlation = np.clip(1.0 - np.arange(20) / 6.0, 0.0, None)
     pulses = np.arange(40)
     square = np.clip(1.0 - np.abs(np.subtract.outer(pulses, pulses)) / 6.0, 0.0, None) ** 2
     expected = square[:20, 20:].sum() / square[:20, :20].sum()
-    assert correlation_beside(Dwelt(20, correlation)) == pytest.approx(expected, rel=1e-12)
+    assert correlation_beside(DwellPulses(20, correlation)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_means_of_many_err_by_what_neighbours_share() -> None:

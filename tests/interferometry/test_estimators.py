@@ -20,7 +20,7 @@ from seamap_rt.interferometry.estimation.estimators import (
     sliding_plane,
 )
 from seamap_rt.interferometry.estimation.estimators import _ground_step as ground_step
-from seamap_rt.interferometry.phase.ambiguity import Expected
+from seamap_rt.interferometry.phase.ambiguity import HeightEstimate
 
 Array = NDArray[np.float64]
 RMS = 0.35
@@ -59,7 +59,7 @@ def test_what_adapts_is_best(noise: float) -> None:
 def test_a_phase_that_turns_within_the_pulse_is_never_sure(told: bool) -> None:
     # Of both ways, or, where one way's heights tell the cycle, of that one: it turns half as fast.
     sea = heard(Waves.drawn(4, RMS), 4, baseline=1.5)
-    one_way = Expected(sea.height, np.full(sea.height.shape, 0.05))
+    one_way = HeightEstimate(sea.height, np.full(sea.height.shape, 0.05))
     given = replace(sea.given, others=lambda: (one_way,) if told else ())
     found = sliding_plane(given)
     turn = np.broadcast_to(given.model.turn_within_pulse / (2.0 if told else 1.0), sea.height.shape)
@@ -214,9 +214,9 @@ def test_others_are_asked_only_if_need_be() -> None:
     for sea, needed in ((calm, False), (folded("fold"), False), (folded("resolve"), True)):
         asked.clear()
 
-        def others(truth: Array = sea.height) -> tuple[Expected, ...]:
+        def others(truth: Array = sea.height) -> tuple[HeightEstimate, ...]:
             asked.append(1)
-            return (Expected(truth, np.full(truth.shape, 0.05)),)
+            return (HeightEstimate(truth, np.full(truth.shape, 0.05)),)
 
         found = single_cell(replace(sea.given, others=others))
         assert bool(asked) == needed

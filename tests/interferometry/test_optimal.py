@@ -11,7 +11,7 @@ from synthetic_seas import Waves, evenly, polar
 
 from seamap_rt.compute import machine
 from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
-from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 from seamap_rt.interferometry.estimation.slopes import local_planes
 
@@ -55,7 +55,7 @@ def errors_drawn(rng: np.random.Generator, std: Array) -> Array:
 
 
 class Case(NamedTuple):
-    measured: Measured
+    measured: MeasuredHeights
     sea: SeaCovariance
     mean: Array  # true means over cells
 
@@ -81,11 +81,11 @@ def case(
     def turn(a: Array, b: Array) -> tuple[Array, Array]:
         return a * cosine + b * sine, b * cosine - a * sine
 
-    measured = Measured(height, errors_of(std), turn(x, y), turn(east, north), np.zeros(ranges.size))
+    measured = MeasuredHeights(height, errors_of(std), turn(x, y), turn(east, north), np.zeros(ranges.size))
     return Case(measured, table_of(waves, turned), mean)
 
 
-def everywhere(measured: Measured) -> NDArray[np.bool_]:
+def everywhere(measured: MeasuredHeights) -> NDArray[np.bool_]:
     return np.ones(measured.height.shape, dtype=bool)
 
 

@@ -203,7 +203,7 @@ def test_each_flag_has_its_cause() -> None:
     ambiguous, share = np.zeros(power.shape, dtype=bool), np.ones(power.shape)
     ambiguous[1, 40], ambiguous[0, 5], share[1, 50], share[2, 50] = True, True, 0.4, np.nan
     quality = quality_flags(
-        echoes, dwells, cells, heard, power, np.ones(power.shape), np.zeros(power.shape), radar(), ambiguous, share
+        echoes, dwells, cells, heard, np.ones(power.shape), np.zeros(power.shape), radar(), ambiguous, share
     )
     expected = np.zeros(power.shape, dtype=np.int16)
     for cell, name in (((0, 5), "no_echo"), ((1, 10), "low_coherence"), ((1, 40), "ambiguous")):
@@ -218,7 +218,7 @@ def test_a_sea_beyond_half_an_ambiguity_is_ambiguous() -> None:
     dwells = Dwells(np.repeat(np.arange(4), PULSES), 4)
     power = np.ones((4, RANGES.size))
     height = np.random.default_rng(9).normal(scale=0.35, size=power.shape)
-    given = xr.Dataset(), dwells, coherent(power), np.ones(power.shape, dtype=bool), power
+    given = xr.Dataset(), dwells, coherent(power), np.ones(power.shape, dtype=bool)
     near, far = (quality_flags(*given, np.full(power.shape, g), height, radar()) for g in (0.1, 1.0))
     assert (near & QUALITY_FLAGS["ambiguous"] > 0).all()
     assert not (far & QUALITY_FLAGS["ambiguous"]).any()

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.estimation.slopes import local_planes, of_seen, plane_reach
+from seamap_rt.interferometry.estimation.slopes import local_planes, plane_reach, visible_slopes
 
 EAST, NORTH = 0.08, -0.05  # slopes of the plane
 
@@ -99,14 +99,14 @@ def test_what_is_in_sight_leans_away_by_less_than_the_ray(
     drawn = np.random.default_rng(8).normal(mean, std, 400_000)
     seen = drawn[drawn > -tangent]
     one = np.ones((1, 1))
-    slope, left = of_seen(mean * one, std * one, tangent * one, share * one)
+    slope, left = visible_slopes(mean * one, std * one, tangent * one, share * one)
     assert slope[0, 0] == pytest.approx(share * seen.mean() + (1.0 - share) * mean, abs=0.015 * std)
     assert left[0, 0] ** 2 == pytest.approx(share * seen.var() + (1.0 - share) * std**2, rel=0.02)
 
 
 def test_a_slope_of_which_nothing_is_known_stays_unknown() -> None:
     slope, std = np.array([[0.1, np.nan, 0.1, 0.1]]), np.array([[np.nan, 0.1, 0.0, 0.1]])
-    found, left = of_seen(slope, std, np.full((1, 4), 0.05), np.array([[1.0, 1.0, 1.0, np.nan]]))
+    found, left = visible_slopes(slope, std, np.full((1, 4), 0.05), np.array([[1.0, 1.0, 1.0, np.nan]]))
     assert np.isnan(left[0, [0, 3]]).all()
     np.testing.assert_array_equal(found, slope)
     assert left[0, 2] == 0.0

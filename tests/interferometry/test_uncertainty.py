@@ -19,8 +19,7 @@ from seamap_rt.interferometry.covariance.windows import (
 )
 from seamap_rt.interferometry.geometry.heights import edge_bias
 from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.speckle import incoherent_power
-from seamap_rt.interferometry.phase.uncertainty import ONE_CELL, Dwelt
+from seamap_rt.interferometry.phase.speckle import ONE_CELL, DwellPulses, incoherent_power
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 
@@ -114,7 +113,7 @@ RANGES: NDArray[np.float64] = np.asarray(20.0 + GATE * np.arange(60), dtype=np.f
 def test_a_dwell_is_worth_its_speckles_changes(time_constant: float, worth: float) -> None:
     # Speckle that is new at each pulse counts all of them; one that stands still counts once. Noise is new always.
     correlation = np.exp(-((np.arange(20) / time_constant) ** 2))
-    found = Dwelt(20, correlation).samples(ONE_CELL, radar_of(RANGES))
+    found = DwellPulses(20, correlation).samples(ONE_CELL, radar_of(RANGES))
     assert found.speckle == pytest.approx(worth, rel=1e-4)  # exp(−2/0.09) and 400/1e12 are what is left
     assert found.noise == pytest.approx(20.0)
 
@@ -125,7 +124,7 @@ def test_overlapping_gates_are_fewer_samples() -> None:
     # to √(2/4000) = 2.2 %; 3 σ. Of the noise the filter is Gaussian, exp(−π f²/B²) in power.
     radar = radar_of(RANGES)
     window = window_weights(7.5, GATE), np.array([0.5, 1.0, 0.5])
-    found = Dwelt(1, np.ones(1)).samples(window, radar)
+    found = DwellPulses(1, np.ones(1)).samples(window, radar)
     rng, fine = np.random.default_rng(12), 0.05
     offset = fine * np.arange(-200, 201)
     points = GATE * np.arange(-2, 3)[:, None]
@@ -145,7 +144,7 @@ def test_overlapping_gates_are_fewer_samples() -> None:
 def test_comparing_pulses_more_seldom(step: float) -> None:
     # Half as many pulses, twice as far apart, of the same speckle: as long a dwell.
     correlation = np.exp(-((np.arange(40) / 15.0) ** 2))
-    other = Dwelt(40, correlation).every(step)
+    other = DwellPulses(40, correlation).every(step)
     assert other.pulses == 40 * step
     lag = np.arange(other.pulses)
     # Between pulses a straight line: off by ⅛ of its bend, (2/15²)/8 = 0.0011. Beyond the last it stays as it was.
@@ -153,7 +152,7 @@ def test_comparing_pulses_more_seldom(step: float) -> None:
 
 
 def test_a_dwell_that_is_never_compared() -> None:
-    never = Dwelt(40, np.ones(40)).every(0.0)  # where a receiver hears nothing; warnings are errors
+    never = DwellPulses(40, np.ones(40)).every(0.0)  # where a receiver hears nothing; warnings are errors
     assert np.isfinite(never.correlation).all()
     assert np.isfinite(never.samples(ONE_CELL, radar_of(RANGES)).noise)
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
-from seamap_rt.interferometry.phase.ambiguity import Expected, Resolved, astray, needed, resolve, sea_size
+from seamap_rt.interferometry.phase.ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m
@@ -29,7 +29,7 @@ def sea(size: float, turned: float = 0.0) -> NDArray[np.float64]:
 
 
 def solve(
-    height: NDArray[np.float64], noise: float = 0.2, known: NDArray[np.bool_] | None = None, *expected: Expected
+    height: NDArray[np.float64], noise: float = 0.2, known: NDArray[np.bool_] | None = None, *expected: HeightEstimate
 ) -> tuple[Resolved, NDArray[np.float64]]:
     """Resolve noisy phases of those heights, of phase slope 1/GAIN; also how many cycles each cell is off."""
     known = np.ones(height.shape, bool) if known is None else known
@@ -85,8 +85,8 @@ def test_a_negative_gain_is_the_same_sea_upside_down() -> None:
     up = resolve(residual, std, GAIN, known, SPACING, ACROSS)
     down = resolve(residual, std, -GAIN, known, SPACING, ACROSS)
     np.testing.assert_array_equal(down.cycles, up.cycles)
-    before = Expected(height, np.full(height.shape, 0.1))
-    with_turn = resolve(residual, std, -GAIN, known, SPACING, ACROSS, Expected(-height, before.std))
+    before = HeightEstimate(height, np.full(height.shape, 0.1))
+    with_turn = resolve(residual, std, -GAIN, known, SPACING, ACROSS, HeightEstimate(-height, before.std))
     np.testing.assert_array_equal(with_turn.cycles, resolve(residual, std, GAIN, known, SPACING, ACROSS, before).cycles)
 
 
@@ -125,7 +125,7 @@ def test_what_is_expected_decides() -> None:
     _, off = solve(height, 0.1, known)
     assert off[patch].all()
     expected = np.where(patch, height + 0.15 * RNG.normal(size=height.shape), np.nan)
-    _, off = solve(height, 0.1, known, Expected(expected, np.full(height.shape, 0.15)))
+    _, off = solve(height, 0.1, known, HeightEstimate(expected, np.full(height.shape, 0.15)))
     assert not off[patch].any()
 
 
@@ -196,7 +196,7 @@ def test_a_swell_is_not_taken_for_a_small_sea() -> None:
 def test_what_is_expected_says_how_high_the_sea_is() -> None:
     """Phases of both ways, all turned: alone they look like a small sea, those of one way know better."""
     height, gain = swell(), 0.25 * GAIN
-    known = Expected(height + 0.03 * RNG.normal(size=height.shape), np.full(height.shape, 0.05))
+    known = HeightEstimate(height + 0.03 * RNG.normal(size=height.shape), np.full(height.shape, 0.05))
     phase = wrap_phase(height / gain)
     found = resolve(phase, np.full(gain.shape, 0.2), gain, np.ones(gain.shape, bool), SPACING, ACROSS, known)
     off = np.abs(gain * (phase + 2.0 * np.pi * found.cycles) - height) > 1e-9

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.pairs import sampled
-from seamap_rt.interferometry.covariance.products import dwell_means
+from seamap_rt.interferometry.covariance.products import dwell_means, sampled
 from seamap_rt.interferometry.covariance.velocity import (
     Doppler,
     Lag,

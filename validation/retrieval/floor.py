@@ -28,13 +28,12 @@ from seamap_rt.interferometry.estimation.error_covariance import (
     correlation_by_range,
 )
 from seamap_rt.interferometry.estimation.estimators import bright_spots, sliding_plane
-from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
 from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import phase_variances
-from seamap_rt.interferometry.phase.uncertainty import ONE_CELL
+from seamap_rt.interferometry.phase.speckle import ONE_CELL, phase_variances
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator
@@ -112,7 +111,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     ground = model.ground(each.points)
     footprint = model.radar.footprint(given.width)
     blur = 0.5 * (footprint[0] ** 2 + (footprint[1] * model.radar.ranges) ** 2)
-    known = Measured(each.height, errors, ground, model.outward(*ground), blur)
+    known = MeasuredHeights(each.height, errors, ground, model.outward(*ground), blur)
     cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)
     return optimal_heights(known, law.sea, echoing & np.isfinite(each.height), cell, model.radar.ranges)[0]
 

@@ -28,8 +28,18 @@ from ...errors import SchemaError
 from ...settings import RetrievalSettings
 from ..input.description import RadarDescription
 from .dwells import Dwells
-from .pairs import PulsePairs, Rows, both_ways_of, neighbouring_pulses, rows_apart, same_pulses, sampled
-from .products import Products, dwell_means, half_turns
+from .products import (
+    Products,
+    PulsePairs,
+    Rows,
+    both_ways_of,
+    dwell_means,
+    half_turns,
+    neighbouring_pulses,
+    rows_apart,
+    same_pulses,
+    sampled,
+)
 from .velocity import NO_LAGS, Lag, phase_rate, pulse_pair_lags
 from .windows import Covariance
 
@@ -102,11 +112,11 @@ def ratio_of(crossings: Sequence[Covariance]) -> Channel:
 
 
 # Gates and looks over which the velocity is averaged: a single cell's, where it is needed, is mostly noise.
-_AROUND = (np.ones(5), np.ones(3))
+_VELOCITY_WINDOW = (np.ones(5), np.ones(3))
 
 
 @dataclass(frozen=True)
-class Extended:
+class CoherentProducts:
     """Rows of the lower and the upper receiver that are multiplied, and the pulses whose dwells they count to; how
     much longer [s] each lag, lower less upper, is than that of the pair it extends."""
 
@@ -122,7 +132,7 @@ def extended(
     interval: float,
     coherent_s: float,
     cycle: int,
-) -> Extended:
+) -> CoherentProducts:
     """The pairs themselves, and those with the lower pulses of the same transmitter up to half of coherent_s away,
     `cycle` pulses apart; heard (pulse, 2)."""
     members, beyonds = [], []
@@ -139,10 +149,10 @@ def extended(
                 if good.any():
                     members.append((other[good], partner[owner[good]], owner[good]))
                     beyonds.append(beyond)
-    return Extended(tuple(members), tuple(beyonds))
+    return CoherentProducts(tuple(members), tuple(beyonds))
 
 
-def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[Lag]) -> Covariance:
+def integrated(means: Sequence[Covariance], extended: CoherentProducts, lags: Sequence[Lag]) -> Covariance:
     """Their mean, each freed of the Doppler phase that it has beyond that of the pair it extends; powers are those of
     single pulses, noise and all."""
     base = [each for each, beyond in zip(means, extended.beyond, strict=True) if beyond == 0.0]
@@ -150,7 +160,7 @@ def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[L
     count = np.full(np.shape(cross), float(len(base)))
     if len(base) < len(means):
         rate = np.nan_to_num(
-            phase_rate([Lag(each.seconds, each.products.windowed(*_AROUND), each.share) for each in lags])
+            phase_rate([Lag(each.seconds, each.products.windowed(*_VELOCITY_WINDOW), each.share) for each in lags])
         )
         for each, beyond in zip(means, extended.beyond, strict=True):
             if beyond:
@@ -165,7 +175,7 @@ def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[L
 
 
 @dataclass(frozen=True)
-class Paired:
+class PulseComparison:
     """Which pulses of two receivers are compared, by how many of its ways p an echo's phase differs between them.
 
     one: the same pulse at both receivers, or, of receivers that alternate, neighbours of one transmitter; two: each
@@ -185,7 +195,7 @@ class Paired:
         antennas: tuple[int, int],
         radar: RadarDescription,
         settings: RetrievalSettings,
-    ) -> Paired:
+    ) -> PulseComparison:
         """voltage (pulse, receiver, gate) of all receivers; antennas: of settings.receivers. Raises SchemaError where
         receivers are said to alternate and do not."""
         heard = sampled(voltage)[:, list(settings.receivers)]
@@ -215,7 +225,7 @@ class DwellSums:
         voltage: NDArray[np.complex64],
         transmitter: NDArray[np.integer],
         time: NDArray[np.float64],
-        paired: Paired,
+        paired: PulseComparison,
         dwells: Dwells,
         antennas: tuple[int, int],
         radar: RadarDescription,
@@ -231,7 +241,7 @@ class DwellSums:
         lags = NO_LAGS
         if radar.coherent:
             lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
-        by_paths: dict[int, Extended] = {}
+        by_paths: dict[int, CoherentProducts] = {}
         for paths, pairs in ((1, paired.one), (2, paired.two)):
             if pairs is not None:
                 by_paths[paths] = extended(

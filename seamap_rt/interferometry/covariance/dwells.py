@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.compiled import compiled
+
 
 @dataclass(frozen=True)
 class Dwells:
@@ -59,8 +61,6 @@ class Dwells:
     def _summed(self, fields: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sums of (pulse, field) over each cell's pulses, (field, look, 1 or gate)."""
         if self.leaning:
-            from .dwell_kernel import add_fields  # numba takes half a second to import
-
             totals = np.zeros((self.looks, self.look.shape[1], fields.shape[1]))
             add_fields(self.look, np.ascontiguousarray(fields), totals)
             return np.ascontiguousarray(np.moveaxis(totals, -1, 0))
@@ -153,3 +153,14 @@ def _one_pass(number: NDArray[np.intp], looks: int) -> NDArray[np.intp]:
     look = np.mod(number, looks)
     gate = np.arange(chosen.shape[1]) if number.ndim == 2 else 0
     return np.where(near & (chosen[look, gate] == number // looks + 1), look, -1)
+
+
+@compiled
+def add_fields(look, fields, totals):
+    """Add fields (pulse, field) to the totals (look, gate, field) of each gate's look (pulse, gate), −1 for none."""
+    for pulse in range(look.shape[0]):
+        for gate in range(look.shape[1]):
+            if look[pulse, gate] >= 0:
+                total = totals[look[pulse, gate], gate]
+                for n in range(fields.shape[1]):
+                    total[n] += fields[pulse, n]

@@ -1,19 +1,216 @@
-"""Means over dwells of products of two voltages, whatever pair of pulses and receivers they are of, in one pass."""
+"""Means over dwells of products of two voltages, whatever pair of pulses and receivers they are of, in one pass.
+
+Which pulses the interferogram compares: the same one of both receivers, or neighbours where the receivers alternate.
+
+Between neighbours τ apart an echo that recedes at v turns its phase by 2k v τ: pairs with the pulse after (forward)
+see that turn one way, those with the pulse before the other way, and the mean of both products has none of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.compiled import compiled_fused, compiled_step_fused
 from ...compute.machine import pool
-from .dwell_kernel import HalfTurns, Sums, Table, add_products
+from ...errors import SchemaError
 from .dwells import Dwells
-from .pairs import Rows
 from .windows import Covariance, complex_of
+
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class PulsePairs:
+    """Rows of the echoes: where each receiver is sampled, and the (lower, upper) rows that are multiplied."""
+
+    lower: Rows
+    upper: Rows
+    pairs: tuple[tuple[Rows, Rows], ...]  # forward, backward, or both
+
+    @property
+    def members(self) -> tuple[Rows, Rows]:
+        """Rows of all pulses in the products, each as often as it is in one, and the lower pulse of that product: how
+        the array stood for a dwell is their mean, not that of all pulses, from which it is half a pulse off."""
+        rows = np.concatenate([row for pair in self.pairs for row in pair])
+        return rows, np.concatenate([n for n, _ in self.pairs for _ in range(2)])
+
+    @property
+    def noise_square(self) -> float:
+        """How much of the noise's own beat is left per lower pulse.
+
+        In the mean of forward and backward products each lower pulse meets two upper ones, so that the products of
+        noise with noise are twice as many; those of noise with echo are no more than the pulses themselves.
+        """
+        return 1.0 / len(self.pairs)
+
+
+def sampled(voltage: NDArray[np.complex64]) -> NDArray[np.bool_]:
+    """Whether each receiver was sampled on each pulse, (pulse, receiver), of voltage (pulse, receiver, gate)."""
+    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate decides for most pulses
+    rest = np.nonzero(~known)
+    known[rest] = np.isfinite(voltage[rest].real).any(axis=1)
+    return known
+
+
+def neighbouring_pulses(heard: NDArray[np.bool_], time: NDArray[np.float64], interval: float, which: str) -> PulsePairs:
+    """Pairs of alternating pulses. heard (pulse, 2) lower, upper; time (pulse,) and interval [s]; which: forward,
+    backward or both. Only neighbours one interval apart are pairs: none is made across pulses that are missing.
+
+    Raises SchemaError where receivers do not alternate, or are never neighbours in the order that is requested.
+    """
+    if heard.all(axis=1).any():
+        raise SchemaError(
+            "echoes: interferogram = 'alternating_pulse', yet both receivers hold voltages on the same pulse; "
+            "set those that were not sampled to NaN"
+        )
+    following = np.abs(np.diff(time) - interval) < 0.5 * interval
+    before, after = heard[:-1], heard[1:]
+    forward = np.flatnonzero(following & before[:, 0] & after[:, 1])
+    backward = np.flatnonzero(following & before[:, 1] & after[:, 0])
+    made = {"forward": (forward, forward + 1), "backward": (backward + 1, backward)}
+    chosen = tuple(made) if which == "both" else (which,)
+    if heard.any(axis=0).all() and not all(made[each][0].size for each in chosen):
+        raise SchemaError(
+            f"echoes: no two neighbouring pulses make a {' and a '.join(chosen)} pair of the receivers; choose others "
+            "by retrieval.receivers, or one direction by retrieval.pulse_pairs"
+        )
+    lower, upper = (np.flatnonzero(heard[:, receiver]) for receiver in (0, 1))
+    return PulsePairs(lower, upper, tuple(made[each] for each in chosen))
+
+
+def same_pulses(heard: NDArray[np.bool_]) -> PulsePairs:
+    """Each pulse that both receivers heard, with itself. heard (pulse, 2)."""
+    rows = np.flatnonzero(heard.all(axis=1))
+    return PulsePairs(rows, rows, ((rows, rows),))
+
+
+def both_ways_of(
+    heard: NDArray[np.bool_],
+    transmitter: NDArray[np.integer],
+    antennas: tuple[int, int],
+    time: NDArray[np.float64],
+    interval: float,
+    which: str,
+) -> PulsePairs | None:
+    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2.
+
+    It exists beside that of one way where the transmitters alternate and both receivers hear all; None where it does
+    not. heard (pulse, receiver), transmitter (pulse,), time (pulse,) and interval [s]; which: of PulsePairs.
+    """
+    own = heard & (np.asarray(transmitter)[:, None] == np.asarray(antennas))
+    following = np.abs(np.diff(time) - interval) < 0.5 * interval
+    forward, backward = ((own[:-1, n] & own[1:, 1 - n] & following).any() for n in (0, 1))
+    there = {"forward": forward, "backward": backward, "both": forward and backward}[which]
+    return neighbouring_pulses(own, time, interval, which) if there else None
+
+
+def rows_apart(time: NDArray[np.float64], lag: float, interval: float) -> tuple[Rows, Rows]:
+    """Rows of pulses of which the second comes `lag` [s] after the first, before it if negative, within half the
+    interval [s] between pulses; times (pulse,) rise. Where one is missing there is no pair."""
+    count, least, most = round(lag / interval), lag - 0.5 * interval, lag + 0.5 * interval
+    if 0 < count < time.size:  # of pulses that never miss the answer is at hand
+        beyond, within = time[count:] - time[:-count], time[count - 1 :] - time[: time.size - count + 1]
+        if beyond.min() > least and beyond.max() < most and within.max() < least:
+            there = np.arange(time.size - count)
+            return there, there + count
+    later = np.searchsorted(time, time + lag - 0.5 * interval)
+    there = np.flatnonzero(later < time.size)
+    there = there[np.abs(time[later[there]] - time[there] - lag) < 0.5 * interval]
+    return there, later[there]
+
+
+class Table(NamedTuple):
+    """Products of two rows of voltages, kind by kind in the order of the pulses to whose dwells they count."""
+
+    first: NDArray[np.int64]  # (product,) row
+    second: NDArray[np.int64]  # (product,) row
+    owner: NDArray[np.int64]  # (product,) pulse
+    begin: NDArray[np.int64]  # (kind, block + 1) product with which a block of pulses begins
+
+
+class HalfTurns(NamedTuple):
+    """What both factors of a product are turned by."""
+
+    phasor: NDArray[np.complex64]  # (number, pulse, gate)
+    number: NDArray[np.int64]  # (kind,) −1 for none
+    receivers: int  # rows of a pulse
+
+
+class Sums(NamedTuple):
+    """Of products, and of the squares of either factor; (kind, look, gate)."""
+
+    real: NDArray[np.float64]
+    imaginary: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    products: NDArray[np.float64]  # how many
+
+
+@compiled_fused
+def add_products(rows, look, table, turns, low, high, sums):
+    """Add the products of gates low … high to the sums of their looks, block by block of pulses. rows (row, gate):
+    voltages of a pulse and receiver; look (pulse, gate or 1), −1 for none. Those that are not finite are left out."""
+    for block in range(table.begin.shape[1] - 1):
+        for kind in range(table.begin.shape[0]):
+            n, end = table.begin[kind, block], table.begin[kind, block + 1]
+            while n < end:
+                looks, last = look[table.owner[n]], n + 1
+                while looks.size == 1 and last < end and look[table.owner[last], 0] == looks[0]:
+                    last += 1
+                gate = low
+                while gate < high:  # what is of the same look and lies together is taken together
+                    here, stop = looks[min(gate, looks.size - 1)], gate + 1
+                    while stop < high and (looks.size == 1 or looks[stop] == here):
+                        stop = stop + 1 if looks.size > 1 else high
+                    if here >= 0:
+                        _add(rows, table, turns, n, last, gate, stop, kind, here, sums)
+                    gate = stop
+                n = last
+
+
+@compiled_step_fused
+def _add(rows, table, turns, begin, end, start, stop, kind, look, sums):
+    """Add products begin … end of gates start … stop to the sums of a look."""
+    real, imaginary = sums.real[kind, look], sums.imaginary[kind, look]
+    lower, upper = sums.lower[kind, look], sums.upper[kind, look]
+    count, number = sums.products[kind, look], turns.number[kind]
+    for n in range(begin, end):
+        first, second = rows[table.first[n]], rows[table.second[n]]
+        if number >= 0:
+            turn = turns.phasor[number, table.first[n] // turns.receivers]
+            its = turns.phasor[number, table.second[n] // turns.receivers]
+            for gate in range(np.uint64(start), np.uint64(stop)):
+                value, power, other = _product(first[gate], second[gate])
+                good = power + other < np.inf
+                value *= turn[gate] * its[gate]
+                real[gate] += value.real if good else 0.0
+                imaginary[gate] += value.imag if good else 0.0
+                lower[gate] += power if good else 0.0
+                upper[gate] += other if good else 0.0
+                count[gate] += 1.0 if good else 0.0
+        else:
+            for gate in range(np.uint64(start), np.uint64(stop)):  # unsigned: what may be negative is not vectorised
+                value, power, other = _product(first[gate], second[gate])
+                good = power + other < np.inf
+                real[gate] += value.real if good else 0.0
+                imaginary[gate] += value.imag if good else 0.0
+                lower[gate] += power if good else 0.0
+                upper[gate] += other if good else 0.0
+                count[gate] += 1.0 if good else 0.0
+
+
+@compiled_step_fused
+def _product(first, second):
+    """Of two voltages a b*, and their powers."""
+    a, b = np.complex128(first), np.complex128(second)
+    return a * np.conj(b), a.real * a.real + a.imag * a.imag, b.real * b.real + b.imag * b.imag
+
 
 _BLOCK = 64  # pulses whose voltages are gone through for all products at once: they stay in the processor's cache
 _GATES = 64  # at a multiple of which each thread begins

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ...conventions import unit_from_azimuth, wrap_phase
 from .dwells import Dwells
-from .pairs import Rows, rows_apart
-from .products import Products
+from .products import Products, Rows, rows_apart
 from .windows import Covariance, without_noise
 
 _MOST_CYCLE = 16  # pulses after which a transmitter comes again at the latest

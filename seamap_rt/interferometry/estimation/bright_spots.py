@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...radar.waveform import RangeResponse
-from .gate_moments import GateMoments
+from .error_covariance import GateMoments
 
 Map = NDArray[np.float64]
 

@@ -11,23 +11,103 @@ turns through within the pulse (tilt). The covariance of y'y* over gates follows
   Gaussian pulse this is −½ (R²)''. Where bright spots are taken off, what is left has BrightSpots.covariance.
 
 Gaussian moments: Goodman, Speckle Phenomena in Optics (2007), ch. 2.
+
+What the errors of the motion sensors add to those of heights, by their stated sizes and by how the boat moves.
+
+A tilt δα along the look, a height δz and a bearing δψ that are measured wrong make r² ⟨δα²⟩ + ⟨δz²⟩ + r² s² ⟨δψ²⟩ at a
+ground range r, s² the mean square slope across the look. Each mean square is that of the readings' noise, as far as a
+height keeps it, of what stays for a turn, as the sensors' maker states it, and of what latency τ and straight lines
+between readings T apart make of a course α: α″T²/12 − τα′ in the mean, and α″²T⁴/720 about it. Biases are not looked
+for: on a sea of long waves a tilt of the whole map is as likely the sea's.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
+from ...radar.pose import boat_axes
 from ...radar.waveform import RangeResponse
-from ..phase.uncertainty import Dwelt
-from .bright_spots import BrightSpots
-from .gate_moments import GateMoments
+from ...settings import SensorErrors
+from ..input.description import RadarDescription
+from ..phase.speckle import DwellPulses
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .bright_spots import BrightSpots
+
+
+_POINTS = 401  # of the integrals over the pulse's main lobe
+
+
+@dataclass(frozen=True)
+class GateMoments:
+    """Means ⟨…⟩ over scatterers that lie at random, over the mean power of a gate.
+
+    y is a gate's voltage; y' that of the same scatterers, each times its distance s from the gate's middle; the second
+    gate lies a lag [m], of any shape, beyond the first. offset [m]: s; heard: the pulse's response p(s).
+    """
+
+    response: RangeResponse
+    offset: Map
+    heard: Map
+
+    @classmethod
+    def of(cls, response: RangeResponse) -> GateMoments:
+        """Of a pulse, of a chirp its main lobe."""
+        offset = np.linspace(-response.support_m, response.support_m, _POINTS)
+        return cls(response, offset, response(offset))
+
+    def echo(self, lag: Map) -> Map:
+        """A = ⟨y₁ y₂*⟩, 1 at lag 0."""
+        return _means(self.response, lag)[0]
+
+    def moved(self, lag: Map) -> Map:
+        """X = ⟨y'₁ y₂*⟩ [m], odd in the lag."""
+        return _means(self.response, lag)[1]
+
+    def both_moved(self, lag: Map) -> Map:
+        """Q = ⟨y'₁ y'₂*⟩ [m²]."""
+        return _means(self.response, lag)[2]
+
+    def means(self, lag: Map) -> Map:
+        """(3, …): A, X and Q."""
+        offset, heard = self._second(lag)
+        moved = self.offset * self.heard
+        return np.stack([self._sum(heard, self.heard), self._sum(heard, moved), self._sum(offset * heard, moved)])
+
+    def _second(self, lag: Map) -> tuple[Map, Map]:
+        """The second gate's offsets, and its response: of the main lobe alone as well, or moments of several gates
+        would be those of no echo at all."""
+        offset = self.offset - np.asarray(lag)[..., None]
+        return offset, np.where(np.abs(offset) <= self.offset[-1], self.response(offset), 0.0)
+
+    def _sum(self, other: Map, own: Map) -> Map:
+        return np.asarray(other @ own / (self.heard @ self.heard))
+
+
+def _means(response: RangeResponse, lag: Map) -> Map:
+    """The means of a response at lags, known from turn to turn."""
+    lags = np.asarray(lag, dtype=np.float64)
+    return _known_means(response, lags.tobytes(), lags.shape)
+
+
+@lru_cache(maxsize=64)
+def _known_means(response: RangeResponse, lags: bytes, shape: tuple[int, ...]) -> Map:
+    means = GateMoments.of(response).means(np.frombuffer(lags).reshape(shape))
+    means.flags.writeable = False
+    return means
+
 
 Map = NDArray[np.float64]
 
-_NOTHING = 5e-3  # a smaller correlation is none
+_LEAST_CORRELATION = 5e-3  # a smaller correlation is none
 
 
 @dataclass(frozen=True)
@@ -66,10 +146,10 @@ def correlation_by_range(response: RangeResponse, lags: NDArray[np.floating], sp
     echo = moments.echo(lags)
     tilt = moments.both_moved(lags) * echo - moments.moved(lags) ** 2 if spots is None else spots.covariance(lags)
     found = np.stack((tilt / tilt[0], echo**2, response.noise_correlation(lags) * echo))
-    return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _NOTHING, axis=0))[-1])]
+    return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _LEAST_CORRELATION, axis=0))[-1])]
 
 
-def correlation_beside(dwelt: Dwelt) -> float:
+def correlation_beside(dwelt: DwellPulses) -> float:
     """Correlation of the speckle's errors between the dwells of neighbouring looks.
 
     From that of the pulses, of which the last of one dwell follow the first of the next; half at most, as for two
@@ -79,3 +159,51 @@ def correlation_beside(dwelt: Dwelt) -> float:
     lag = np.arange(square.size)
     within = dwelt.pulses + 2.0 * float(((dwelt.pulses - lag) * square)[1:].sum())
     return min(0.5, float((lag * square).sum()) / within)
+
+
+_LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs with noisy sensors of 20 to 1000 Hz
+_SHARES = (np.arange(64) + 0.5) / 64.0  # of the time that they last
+_DEGREE = 4  # of a course through a turn, which is shorter than the boat's periods
+
+
+def sensor_variance(echoes: xr.Dataset, radar: RadarDescription, width: float, ground_range: Map, slope: Map) -> Map:
+    """Mean square errors [m²] (look, gate) of a turn's heights by the sensors; 0 where the echoes do not tell of them.
+
+    width: degrees between looks; ground_range [m] and slope across the look (look, gate), NaN where unknown.
+    """
+    errors, known = radar.sensors, np.isfinite(slope)
+    if errors is None or errors == SensorErrors():
+        return np.zeros(ground_range.shape)
+    lasting = radar.period * (1.0 if radar.staring else width / 360.0)
+    kept = variance_kept(min(errors.rate_hz, 1.0 / radar.interval) * lasting)
+    east, north, heading, height = _by_motion(echoes, errors, radar.interval)
+    tilt = kept * errors.attitude_noise_deg**2 + errors.attitude_accuracy_deg**2 + 0.5 * (east + north)
+    turn = kept * errors.heading_noise_deg**2 + errors.heading_accuracy_deg**2 + heading
+    up = kept * errors.position_noise_m**2 + errors.height_accuracy_m**2 + height
+    steep = float(np.sum(slope[known] ** 2)) / max(1, np.count_nonzero(known))
+    return np.radians(np.nan_to_num(ground_range)) ** 2 * (tilt + turn * steep) + up
+
+
+def variance_kept(readings: float) -> float:
+    """Of independent readings, `readings` to a look: A(x) = 2 ∫₀¹ (1 − u) B(x u) du of one's, over a height's looks.
+
+    Straight lines between readings have the cubic B-spline B for their correlation, B(0) = 2/3.
+    """
+    apart = readings * _LOOKS * _SHARES
+    beside = np.where(apart < 1.0, 2.0 / 3.0 - apart**2 + 0.5 * apart**3, np.clip(2.0 - apart, 0.0, 1.0) ** 3 / 6.0)
+    return 2.0 * float(np.mean((1.0 - _SHARES) * beside))
+
+
+def _by_motion(echoes: xr.Dataset, errors: SensorErrors, interval: float) -> Map:
+    """Mean squares over the turn of what latency and straight lines make of the lean towards east and north, of the
+    heading [deg²] and of the height [m²]. interval: between pulses [s]."""
+    when, attitude = echoes["time"].values, echoes["attitude"].values
+    up, heading = boat_axes(attitude)[:, 2], np.unwrap(attitude[:, 2], period=360.0)
+    lean = np.degrees(np.arctan(up[:, :2] / up[:, 2:]))
+    course = np.column_stack((lean, heading, echoes["position"].values[:, :, 2].mean(axis=1)))
+    half = max(0.5 * float(np.ptp(when)), 1e-9)
+    at = (when - when.mean()) / half
+    fit = polynomial.polyfit(at, course, min(_DEGREE, when.size - 1))
+    speed, bent = (polynomial.polyval(at, polynomial.polyder(fit, n)) / half**n for n in (1, 2))
+    bent *= 0.0 if errors.rate_hz * interval >= 1.0 else errors.rate_hz**-2.0
+    return np.mean((bent / 12.0 - errors.latency_s * speed) ** 2 + bent**2 / 720.0, axis=1)

@@ -12,11 +12,10 @@ from ..covariance.windows import PhaseSlopes, window_weights
 from ..geometry.heights import Heights
 from ..input.description import RadarDescription
 from ..phase.interferogram import Interferogram
-from ..phase.speckle import wrapped_variance
-from ..phase.uncertainty import ONE_CELL, Weights
+from ..phase.speckle import ONE_CELL, Weights, wrapped_variance
 from .bright_spots import BrightSpots, Offsets
 from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
-from .optimal import Measured, optimal_heights
+from .optimal import MeasuredHeights, optimal_heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
 from .slopes import local_planes
@@ -92,7 +91,7 @@ def adaptive(given: Interferogram) -> Estimate:
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
     height, error, of_slopes = optimal_heights(
         # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
-        Measured(
+        MeasuredHeights(
             np.where(start.ambiguous, np.nan, waves),
             errors,
             ground,

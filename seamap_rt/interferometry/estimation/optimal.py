@@ -27,13 +27,13 @@ from .sea_covariance import SeaCovariance
 Map = NDArray[np.float64]
 
 ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
-_WORTHLESS = 6.0  # error variance over the sea's: such a height has no weight
+_MOST_VARIANCE = 6.0  # error variance over the sea's: such a height has no weight
 _GAUSS = 1.0 / np.sqrt(3.0)
 _BLURS = 4  # tables of the covariance, of means over areas as large as the beam's footprint from near to far
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredHeights:
     """Heights as measured, all (look, gate); NaN where there is none."""
 
     height: Map  # m
@@ -44,7 +44,7 @@ class Measured:
 
 
 def optimal_heights(
-    measured: Measured,
+    measured: MeasuredHeights,
     sea: SeaCovariance,
     wanted: NDArray[np.bool_],
     cell: tuple[float, float],
@@ -61,7 +61,7 @@ def optimal_heights(
     (x, y), (east, north) = measured.ground, (np.broadcast_to(each, shape) for each in measured.outward)
     lying = np.isfinite(x) & np.isfinite(y) & np.isfinite(east) & np.isfinite(north)
     variance = measured.errors.variance
-    usable = lying & np.isfinite(measured.height) & (variance < _WORTHLESS * sea.variance)
+    usable = lying & np.isfinite(measured.height) & (variance < _MOST_VARIANCE * sea.variance)
     parts = np.where(usable, measured.errors.parts, np.nan)
     points = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
     width = cell[1] * ranges

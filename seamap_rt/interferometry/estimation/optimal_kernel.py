@@ -21,7 +21,7 @@ MOST_LOOKS = 3  # neighbouring looks to either side, at most
 _MOST = (2 * MOST_LOOKS + 1) * (BLOCK + 2 * _GATES)  # neighbours
 _MEASURED = 2  # right-hand sides: the covariances with one cell's slopes, what was measured,
 _SIDES = _MEASURED + 1 + BLOCK  # and the covariances with each gate's cell
-_ALIKE = math.cos(math.radians(8.0))  # of the angle between looks whose slopes err alike
+_SAME_DIRECTION = math.cos(math.radians(8.0))  # of the angle between looks whose slopes err alike
 _GAUSS = 0.5 / math.sqrt(3.0)  # of a cell's side, from its middle to its sample points
 _STRIPS = 4  # of a cell, of which its slopes are means
 _WIDE = _SIDES + _MOST
@@ -110,7 +110,7 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                     given[i, _MEASURED + 1 + gate - start] = row[i]
             chosen = start + 1 if start + 1 < stop and wanted[look, start + 1] else start
             point = points[:, look, chosen if wanted[look, chosen] else stop - 1]
-            turned = facing[0] * point[2] + facing[1] * point[3] < _ALIKE
+            turned = facing[0] * point[2] + facing[1] * point[3] < _SAME_DIRECTION
             if turned:
                 facing = point[2], point[3]
                 _set_slopes(given, row, count, near, point, cell, towards, per_spacing, corner, shares)

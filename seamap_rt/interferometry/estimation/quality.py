@@ -155,7 +155,6 @@ def quality_flags(
     dwells: Dwells,
     cells: Covariance,
     heard: NDArray[np.bool_],
-    echo_power: NDArray[np.float64],
     gain: NDArray[np.float64],
     height: NDArray[np.float64],
     radar: RadarDescription,

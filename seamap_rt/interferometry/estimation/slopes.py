@@ -80,7 +80,7 @@ def plane_reach(
     return np.maximum(along, 2.0), across
 
 
-def of_seen(slope: Map, std: Map, tangent: Map, share: Map) -> tuple[Map, Map]:
+def visible_slopes(slope: Map, std: Map, tangent: Map, share: Map) -> tuple[Map, Map]:
     """Outward slopes of cells of which a share is in sight, and their standard errors; arrays broadcast.
 
     What is in sight leans away by less than the ray, of grazing angle ψ (tangent: tan ψ). Of a Gaussian slope of mean

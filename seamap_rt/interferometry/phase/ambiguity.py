@@ -23,9 +23,9 @@ _STRAY = 0.001  # m² per m² of distance, by which such seas are let stray from
 _RADIUS = 6.0  # m, of the neighbourhood: an eighth of the length of a wind sea's waves
 _MOST_LOOKS = 6  # to either side
 ASTRAY = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
-_SURE_STEPS = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
-_FIRM = 1e9  # precision of what is settled, over that of a whole cycle
-_SAYS_NOTHING = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
+_CERTAIN_CYCLE = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
+_FIXED_PRECISION = 1e9  # precision of what is settled, over that of a whole cycle
+_UNIFORM_STD = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
 _LEAST_RESULTANT = 0.3  # of a gate's phases, below which it counts as none
 _FEW = 8  # cells, too few for a mean
 
@@ -39,7 +39,7 @@ class Resolved:
 
 
 @dataclass(frozen=True)
-class Expected:
+class HeightEstimate:
     """What else is known of the heights: of one way's interferogram, whose ambiguity is twice as large, or of the turn
     before. Arrays (look, gate); NaN where nothing is."""
 
@@ -132,7 +132,7 @@ def resolve(
     known: NDArray[np.bool_],
     spacing: float,
     across: Field,
-    *expected: Expected,
+    *expected: HeightEstimate,
 ) -> Resolved:
     """The cycles of each cell of a polar map, and where they stay ambiguous.
 
@@ -159,16 +159,16 @@ def resolve(
     folded = gain * (phase - 2.0 * np.pi * whole)[part]
     spread = np.where(known, phase_std, 0.0)[part]
     # The larger a phase's error, the less certain is the cycle that its neighbours gave it.
-    share = np.maximum(1.0 - (spread / _SAYS_NOTHING) ** 2, 1e-4)
+    share = np.maximum(1.0 - (spread / _UNIFORM_STD) ** 2, 1e-4)
     noise = np.maximum((gain * spread) ** 2 / share, 1e-6 * size**2)
-    others = [Expected(e.height[part], e.std[part]) for e in expected]
+    others = [HeightEstimate(e.height[part], e.std[part]) for e in expected]
     height, precision = _known_beforehand(size, others, gain.shape)
     step = 2.0 * np.pi * np.abs(gain)
     # A cell known well enough by itself does not follow its neighbours' plane, which may be wrong at a map's edge.
-    sure = wanted & (noise + 1.0 / precision < (step / _SURE_STEPS) ** 2)
+    sure = wanted & (noise + 1.0 / precision < (step / _CERTAIN_CYCLE) ** 2)
     first = np.where(sure, np.round((height - folded) / step), 0.0)
     folded = folded + first * step
-    height, precision = np.where(sure, folded, height), np.where(sure, _FIRM / step**2, precision)
+    height, precision = np.where(sure, folded, height), np.where(sure, _FIXED_PRECISION / step**2, precision)
     layout = np.array([spacing, _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2])
     beside = np.ascontiguousarray(across[part[1]])
     cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, layout)
@@ -188,7 +188,7 @@ def _rms(height: Field) -> float:
     return float(np.sqrt(np.mean(some**2))) if some.size else 0.0
 
 
-def _known_beforehand(size: float, others: list[Expected], shape: tuple[int, ...]) -> tuple[Field, Field]:
+def _known_beforehand(size: float, others: list[HeightEstimate], shape: tuple[int, ...]) -> tuple[Field, Field]:
     """Height [m] and one over its variance: mean sea level within the sea's size, and whatever else there is."""
     height, precision = np.zeros(shape), np.full(shape, max(size, 1e-9) ** -2.0)
     for other in others:

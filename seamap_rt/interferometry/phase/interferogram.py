@@ -15,9 +15,18 @@ from ...settings import RetrievalSettings
 from ..covariance.windows import Covariance, PhaseSlopes
 from ..estimation.quality import has_echo, lit_power, object_echo, own_echo
 from ..geometry.heights import Heights, PhaseModel, edge_bias
-from .ambiguity import Expected, Resolved, astray, needed, resolve, sea_size
-from .speckle import estimation_doubt, incoherent_power, phase_variances, wrapped_variance
-from .uncertainty import ONE_CELL, Dwelt, Samples, Weights, echo_correlations
+from .ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from .speckle import (
+    ONE_CELL,
+    DwellPulses,
+    Samples,
+    Weights,
+    echo_correlations,
+    estimation_doubt,
+    incoherent_power,
+    phase_variances,
+    wrapped_variance,
+)
 
 Map = NDArray[np.float64]
 
@@ -36,13 +45,13 @@ class Interferogram:
     dwell: Covariance
     heard: Covariance  # its powers are those of all pulses, whether or not they are compared
     model: PhaseModel
-    dwelt: Dwelt
+    dwelt: DwellPulses
     noise_power: float  # W, of one receiver
     noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
     width: float
     settings: RetrievalSettings
     kept: Map | float = 1.0  # share of the echo that is left between the pulses that are compared
-    others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # other estimates of the heights, made on demand
+    others: Callable[[], tuple[HeightEstimate, ...]] = field(default=tuple)  # of the same heights, on demand
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
         """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""

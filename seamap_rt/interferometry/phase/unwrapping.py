@@ -17,7 +17,7 @@ from ...compute.compiled import compiled
 _LEVELS = 128  # of the queue,
 _PER_NAT = 8.0  # each an eighth of the odds' natural logarithm: above e^16 they are not ordered any more
 _BESIDE = 2  # looks and gates within which a new neighbour changes a cell's place in the queue
-_SWEEPS = 6  # of correction at most; most maps settle after two or three
+_SWEEPS = 6  # of correction at most; most maps converge after two or three
 
 
 @compiled
@@ -34,7 +34,7 @@ def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
     odds = np.zeros(folded.shape)
     looks, gates = folded.shape
     for _ in range(_SWEEPS):
-        settled = True
+        converged = True
         for i in range(looks):
             for j in range(gates):
                 if not wanted[i, j]:
@@ -44,10 +44,10 @@ def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
                 more = np.round((mean - now) / step[i, j])
                 odds[i, j] = _odds(now, step[i, j], mean, variance + noise[i, j])
                 if more != 0.0:
-                    settled = False
+                    converged = False
                     cycles[i, j] += more
                     _tell(sums, wanted, i, j, more * step[i, j], 0.0, noise[i, j], across[j], layout)
-        if settled:
+        if converged:
             break
     return cycles, odds
 

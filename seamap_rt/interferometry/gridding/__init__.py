@@ -1,1 +1,0 @@
-"""Cells of the polar map → square maps on the ground, at one moment."""
