@@ -235,7 +235,7 @@ that at which the relaxed ones relax; `slope_variance` the expected ⟨(∂η/�
 class LinearSurface:
     """First-order (Airy 1845) waves."""
 
-    trains: tuple[WaveTrain, ...]
+    trains: Sequence[WaveTrain]
 
     def sample(
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
