@@ -89,7 +89,7 @@ def nrcs_composite(
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
 
 
-class FacingFacets(NamedTuple):
+class FrontFacets(NamedTuple):
     """What facets that face the radar return at one grazing angle, by slope and wind; all arrays (case,)."""
 
     weight: NDArray[np.float64]  # their sum is 1
@@ -108,9 +108,7 @@ class FacingFacets(NamedTuple):
         return -float(db(1.0 - np.sum(self.weight * self.breaking) / np.sum(self.weight * self.level)))
 
 
-def facing_facets(
-    settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved
-) -> FacingFacets:
+def front_facets(settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved) -> FrontFacets:
     """Facets under a grazing angle [rad] by `nrcs_composite`, over Gaussian slopes and all directions of the wind.
 
     resolved: the sea that the mesh carries; its slopes lean the facets, its strain gathers no waves.
@@ -131,7 +129,7 @@ def facing_facets(
     )
     area = np.sqrt(1.0 + along**2 + across**2)[faces]
     level = area * (terms.bragg + terms.specular + terms.breaking)
-    return FacingFacets(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
+    return FrontFacets(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
 
 
 def nrcs_level_sea(settings: ScatteringSettings, frequency_hz: float, grazing: ArrayLike) -> NDArray[np.float64]:
