@@ -22,8 +22,8 @@ from ..radar.scan import scanned_share
 from ..radar.waveform import RangeResponse, blind_range_m
 from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level
 from ..scattering.bragg import bragg_speed, radar_wavenumber
+from ..scattering.breaking import modulation_db, relaxation_rate
 from ..scattering.composite import FrontFacets, front_facets
-from ..scattering.modulation import modulation_db, relaxation_rate
 from ..scattering.sea_spikes import sea_spikes
 from ..scene import Scene
 from ..sea import Resolved, ResolvedWaves

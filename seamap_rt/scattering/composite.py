@@ -2,7 +2,7 @@
 
 The mesh carries the waves up to a wavenumber k_m; those beyond are statistics of the facet. Up to k_d, a quarter of the
 radar's wavenumber, they tilt it, beyond they scatter (`short_waves`, `tilted_bragg`); some of all
-lengths break (`breaking`); and the mesh's own waves gather them (`modulation`). σ0 is per unit of a facet's TRUE area.
+lengths break, and the mesh's own waves gather them (`breaking`). σ0 is per unit of a facet's TRUE area.
 """
 
 from __future__ import annotations
@@ -15,8 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.bragg import Array, facet_view
-from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
-from seamap_rt.scattering.modulation import action_modulation, breaking_level, breaking_share, mean_action_modulation
+from seamap_rt.scattering.breaking import (
+    Breakers,
+    action_modulation,
+    breakers,
+    breaking_level,
+    breaking_share,
+    mean_action_modulation,
+    nrcs_breaker,
+)
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tilted_bragg import Mirror, TiltedBragg, mirror, tilted_bragg
@@ -57,7 +64,7 @@ def nrcs_composite(
     slope_range: ∂z/∂(outward ground range); positive leans towards the radar.
     slope_cross: ∂z/∂(clockwise cross range).
     wind_angle: look azimuth − azimuth where the wind comes from [rad], both clockwise; 0 looks into the wind.
-    strain: how the mesh's waves squeeze the water at the facet (`modulation`), None for not at all.
+    strain: how the mesh's waves squeeze the water at the facet (`breaking`), None for not at all.
 
     These broadcast. The rest are scalars: frequency [Hz], ε′ − jε″, "HH" or "VV", the waves on the facets, the variance
     of the strain over the sea, so that the mean of the short waves and of the breaking share stays what it is without
