@@ -12,7 +12,7 @@ from .radar.array import as_it_looks
 from .radar.mast import Mast
 from .radar.platform import Sensors, boat_motion
 from .random_streams import Stream, branch
-from .scattering.modulation import memory_rate
+from .scattering.breaking import memory_rate
 from .scene import Scene
 from .sea import Sea, realize
 from .sea.systems import file_versions

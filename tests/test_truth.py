@@ -15,6 +15,7 @@ from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import SurfaceMesh, polar_grid, surface_mesh
+from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import gates as gates_of
 from seamap_rt.scene import Scene
 from seamap_rt.session import simulate
@@ -180,8 +181,14 @@ def test_visible_part_and_weighted_height() -> None:
     partly = (fraction > 0.02) & (fraction < 0.98)
     assert np.mean(seen[partly] - height[partly]) > 0.01  # what is seen stands higher
     # Beam and gate weigh the same surface in the expectation: an independent road to the same number.
-    expected = expected_look_gates(facets, rcs, scene.radar, scene.retrieval.cell_azimuth_deg)
-    np.testing.assert_allclose(truth["height_weighted"].values[0], expected.weighted_height, rtol=0, atol=5e-3)
+    whole = replace(facets, lit=np.ones_like(facets.lit))
+    slant = np.hypot(facets.distance, facets.rise)
+    even = facets.horizontal_area * (slant / antenna(scene.radar).elevation(facets.rise / slant)) ** 4
+    raised, level = (
+        expected_look_gates(whole, each.astype(np.float32), scene.radar, scene.retrieval.cell_azimuth_deg).power[0, 1]
+        for each in (even * (facets.height + 5.0), even)  # above 0 everywhere
+    )
+    np.testing.assert_allclose(truth["height_weighted"].values[0], raised / level - 5.0, rtol=0, atol=5e-3)
     # The share of all facets' area is the mean of the cells', but for the ends.
     inside = (facets.distance > 30.0) & (facets.distance < 140.0)
     columns = (facets.grid.column_sweep > 0.0) & (facets.grid.column_sweep < 28.8)

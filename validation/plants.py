@@ -137,7 +137,7 @@ PLANTS = (
           "scattering/test_bragg.py::test_vv_is_never_below_hh_and_they_meet_at_the_vertical"),
     Plant("sea clutter 0.5 dB too weak", "scattering.empirical:nrcs_gregers_hansen12", decibels(-0.5),
           "case nrl_sea_clutter"),
-    Plant("strain that thins the waves which it gathers", "scattering.modulation:action_modulation",
+    Plant("strain that thins the waves which it gathers", "scattering.breaking:action_modulation",
           answers(np.reciprocal),
           "scattering/test_modulation.py::test_breaking_goes_like_the_sixth_power_of_the_spectrum_where_little_breaks"),
     Plant("half as many sea spikes again", "scattering.sea_spikes:SeaSpikes.density", times(1.5),

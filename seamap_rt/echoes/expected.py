@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,8 +42,6 @@ class ExpectedGates:
     range: NDArray[np.float64]  # (gate,) m
     power: NDArray[np.float64]  # (tx, rx, look, gate) W
     covariance: NDArray[np.complex128]  # W, mean over the mode's interferograms; no Doppler between alternating pulses
-    weight: NDArray[np.float64]  # Σ beam · gate · area: what weights a cell's points, shadow or not
-    weighted_height: NDArray[np.float64]  # m, the mean height with that weight
 
 
 def expected_look_gates(
@@ -59,25 +56,19 @@ def expected_look_gates(
     sweeps = look_sweeps(radar.sector_deg, cell_azimuth_deg, staring)
     number = len(array.elements)
     pairs = tuple((i, j) for i in range(number) for j in range(i, number))
-    sums = _ColumnExpectation(facets, rcs, radar, pairs, pairs.index((0, min(1, number - 1))))
+    sums = _ColumnExpectation(facets, rcs, radar, pairs)
     gates, looks = sums.gating.range.size, sweeps.size
     power = np.zeros((len(pairs), looks, gates))
     covariance = np.zeros((looks, gates), dtype=np.complex128)
-    weight, moment = np.zeros((looks, gates)), np.zeros((looks, gates))
-    middle = pairs[sums.middle]
     for begin in range(0, facets.grid.columns, sums.chunk):
         columns = slice(begin, min(begin + sums.chunk, facets.grid.columns))
-        each = sums(columns)
+        powers, covariances = sums(columns)
         for column, sweep in enumerate(facets.grid.column_sweep[columns]):
             beams = DwellBeams(array, sweeps, 0.0 if staring else cell_azimuth_deg, sweep, sums.gating.level)
             for pair, path in enumerate(pairs):
-                power[pair, beams.looks] += beams(path, path) * each.power[pair, column]
+                power[pair, beams.looks] += beams(path, path) * powers[pair, column]
             for which, (p, q) in enumerate(sums.crossed):
-                covariance[beams.looks] += beams(p, q) * each.covariance[which, column] / len(sums.crossed)
-            weight[beams.looks] += beams(middle, middle) * each.weight[column]
-            moment[beams.looks] += beams(middle, middle) * each.moment[column]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        height = moment / weight
+                covariance[beams.looks] += beams(p, q) * covariances[which, column] / len(sums.crossed)
     gain = np.array([abs(element.channel) ** 2 for element in array.elements])  # as each antenna's receiver gives it
     first, second = (array.elements[antenna].channel for antenna in array.receivers[:2])
     every = [[pairs.index((min(i, j), max(i, j))) for j in range(number)] for i in range(number)]
@@ -86,40 +77,29 @@ def expected_look_gates(
         range=sums.gating.range,
         power=power[every] * gain[:, None, None],
         covariance=covariance * (first * np.conj(second) * (1.0 if array.whole else pulse_coherence(radar))),
-        weight=weight,
-        weighted_height=height,
     )
-
-
-class _Sums(NamedTuple):
-    """What the facets of some columns return at boresight; arrays (column, gate) unless said otherwise."""
-
-    power: NDArray[np.float64]  # (pair of antennas, column, gate) W
-    covariance: NDArray[np.complex128]  # (interferogram, column, gate) W
-    weight: NDArray[np.float64]  # m², gate · area
-    moment: NDArray[np.float64]  # m³, gate · area · height
 
 
 class _ColumnExpectation:
     """Sums over the facets of some columns, before the beam of a look."""
 
     def __init__(
-        self, facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, pairs: tuple[Path, ...], middle: int
+        self, facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, pairs: tuple[Path, ...]
     ) -> None:
-        """pairs: of antennas; middle: the one whose gates weigh heights."""
-        self._facets, self._rcs, self._radar, self._pairs, self.middle = facets, rcs, radar, pairs, middle
+        """pairs: of antennas."""
+        self._facets, self._rcs, self._radar, self._pairs = facets, rcs, radar, pairs
         self.crossed = interferograms(antenna_array(radar))
         self.gating, self.chunk = Gating(radar, facets, gate_samples(radar, pairs)), _CHUNK
         if radar.waveform == "chirp" or radar.receiver.chain == "digital":
             self.gating, self.chunk = ProcessedGating(radar, facets), _PROCESSED_CHUNK
 
-    def __call__(self, columns: slice) -> _Sums:
-        facets, pairs = self._facets, self._pairs
+    def __call__(self, columns: slice) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+        """Power (pair of antennas, column, gate) and covariance (interferogram, column, gate) [W] at boresight."""
+        pairs = self._pairs
         count, gates = columns.stop - columns.start, self.gating.range.size
-        paths = facet_paths(facets, self._rcs, self._radar, columns, pairs)
+        paths = facet_paths(self._facets, self._rcs, self._radar, columns, pairs)
         power = np.zeros((len(pairs), count, gates))
         covariance = np.zeros((len(self.crossed), count, gates), dtype=np.complex128)
-        weight, moment = np.zeros((count, gates)), np.zeros((count, gates))
         unit_phasors = self._unit_phasors(paths)
         for block in self.gating.blocks:
             heard = self.gating.weights(block, paths.length)
@@ -131,10 +111,7 @@ class _ColumnExpectation:
                 product = volts[pairs.index(p)] * volts[pairs.index(q)].conj()
                 phase = unit_phasors[which][:, block.facets, None]
                 covariance[which, :, block.gates] = np.sum(product * phase, axis=1)
-            area = np.abs(heard[self.middle]) ** 2 * facets.horizontal_area[block.facets][:, None]
-            weight[:, block.gates] = area.sum(axis=1)
-            moment[:, block.gates] = np.einsum("cfg,cf->cg", area, facets.height[columns, block.facets])
-        return _Sums(power, covariance, weight, moment)
+        return power, covariance
 
     def _unit_phasors(self, paths: FacetPaths) -> list[NDArray[np.complex128]]:
         """Of each interferogram, (column, facet): what the two paths' difference turns the phase by."""

@@ -20,10 +20,9 @@ from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
 from ..scattering import MEAN_MODELS, ShortWaves, mean_level
 from ..scattering.bragg import bragg_speed
-from ..scattering.breaking import breaker_motion
+from ..scattering.breaking import approaching_share, breaker_motion, memory_rate
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import CompositeSea
-from ..scattering.modulation import approaching_share, memory_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination

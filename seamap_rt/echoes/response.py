@@ -58,7 +58,7 @@ def received_samples(radar: RadarSettings) -> Samples:
 
 
 @dataclass(frozen=True)
-class Tabulated:
+class ResponseTable:
     """Samples, and what each path's give to a reflector at so many steps off their middles."""
 
     samples: Samples
@@ -68,20 +68,20 @@ class Tabulated:
 
 
 @kept_of_radar(maxsize=8)
-def tabulated(radar: RadarSettings, neglected: float = 0.0) -> Tabulated:
+def tabulated(radar: RadarSettings, neglected: float = 0.0) -> ResponseTable:
     """The samples that the radar's receiver is given, and their response, but for that share of the power that comes
     from farthest off their middles; of a chirp's, which are still to be compressed, all."""
     samples = received_samples(radar)
     tables = response_tables(samples)
     table = np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
     if samples.compress is not None or neglected == 0.0:
-        return Tabulated(samples, table)
+        return ResponseTable(samples, table)
     power = np.square(table.astype(np.float64))
     beyond = 1.0 - np.cumsum(power, axis=1) / power.sum(axis=1, keepdims=True)
     last = int(np.argmax((beyond <= neglected).all(axis=0)))
     cut = np.array(table[:, : last + 2])
     cut[:, -1] = 0.0
-    return Tabulated(samples, cut, max(0.0, float(beyond[:, last].max())))
+    return ResponseTable(samples, cut, max(0.0, float(beyond[:, last].max())))
 
 
 def _plain(

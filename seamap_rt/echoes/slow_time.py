@@ -40,7 +40,7 @@ _NOISE = 1e-9  # of a node's power that is not known: it bounds the weights wher
 Correlation = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # ρ at lags [s]
 
 
-class Between(NamedTuple):
+class NodeWeights(NamedTuple):
     """Nodes every `stride` pulses, and the pulses between."""
 
     stride: int  # pulses
@@ -53,7 +53,7 @@ def interpolation_loss(share: float) -> float:
     return max(share, _LEAST)
 
 
-def widest(correlation: Correlation, pulse_s: float, share: float, longest: int) -> Between:
+def widest(correlation: Correlation, pulse_s: float, share: float, longest: int) -> NodeWeights:
     """The widest stride, up to `longest`, at which no more than a share of the power is missed, and the fewest taps for
     it; pulse_s [s]: between pulses."""
     share, narrow, wide = interpolation_loss(share), 1, longest + 1
@@ -65,19 +65,19 @@ def widest(correlation: Correlation, pulse_s: float, share: float, longest: int)
             else (narrow, middle)
         )
     if narrow == 1:
-        return Between(1, np.ones((1, 1), np.float32), 0.0)
+        return NodeWeights(1, np.ones((1, 1), np.float32), 0.0)
     made = (interpolation_weights(correlation, pulse_s, narrow, taps) for taps in range(2, _MOST_TAPS + 1, 2))
     return next(each for each in made if each.missed <= share or each.weights.shape[1] == _MOST_TAPS)
 
 
-def interpolation_weights(correlation: Correlation, pulse_s: float, stride: int, taps: int) -> Between:
+def interpolation_weights(correlation: Correlation, pulse_s: float, stride: int, taps: int) -> NodeWeights:
     """The weights of so many nodes, an even number, around each pulse between nodes `stride` apart."""
     node = np.arange(taps, dtype=np.float64) * stride - (taps // 2 - 1) * stride
     among = correlation(pulse_s * (node[:, None] - node))
     towards = correlation(pulse_s * (np.arange(stride, dtype=np.float64)[:, None] - node))
     weights = np.linalg.solve(among + _NOISE * np.eye(taps), towards.T).T
     missed = 1.0 - 2.0 * np.sum(weights * towards, axis=1) + np.sum((weights @ among) * weights, axis=1)
-    return Between(stride, weights.astype(np.float32), float(missed.mean()))
+    return NodeWeights(stride, weights.astype(np.float32), float(missed.mean()))
 
 
 def correlation_of(radar: RadarSettings, sweep_deg_s: float, doppler_hz: float, time_constant_s: float) -> Correlation:
@@ -118,7 +118,7 @@ class Nodes:
     count: int
     spacing_s: float  # s
     time: NDArray[np.float64]  # (node,) s
-    weights: NDArray[np.float32]  # (phase, tap) of the nodes around a pulse; see `Between`
+    weights: NDArray[np.float32]  # (phase, tap) of the nodes around a pulse; see `NodeWeights`
     missed: float  # share of the power, between nodes
 
 

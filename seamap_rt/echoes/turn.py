@@ -31,7 +31,7 @@ from ..settings import RadarSettings
 from ..tracing import Illumination
 from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
-from .response import Tabulated, TwoWayBeams, beam_truncation, tabulated, two_way_beams
+from .response import ResponseTable, TwoWayBeams, beam_truncation, tabulated, two_way_beams
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import BeamWindow, Motion, MovingSpeckle, SpeedBounds, StillSpeckle, speckle_basis, speckle_truncation
 from .summation import (
@@ -132,7 +132,7 @@ class ReceiveGeometry:
 
     facets: Facets  # of which only where columns and antennas are is asked
     radar: RadarSettings
-    tabulated: Tabulated
+    tabulated: ResponseTable
     nodes: Nodes
     window: int
     reach_s: float

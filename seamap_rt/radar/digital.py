@@ -32,7 +32,7 @@ _GATES = 32  # worked on at a time: enough for the matrix product, few enough fo
 _PULSES = 128  # likewise: a chunk's samples stay near the cache
 
 
-class Digitised(NamedTuple):
+class DigitalGates(NamedTuple):
     """What the digital receiver hands on."""
 
     voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W, referred to the antenna
@@ -181,7 +181,7 @@ class DigitalReceiver:
             for gates, samples, weights in self._bands()
         ]
 
-    def __call__(self, baseband: NDArray[np.complex64]) -> Digitised:
+    def __call__(self, baseband: NDArray[np.complex64]) -> DigitalGates:
         """The gates of consecutive pulses from their envelope, (pulse, receiver, sample) √W at `sample_range`.
 
         baseband: through the receiver's Gaussian filter, thermal noise included. Automatic gain begins anew with each
@@ -203,7 +203,7 @@ class DigitalReceiver:
 
         with one_blas_thread(), pool() as workers:
             list(workers.map(convert, range(0, pulses, _PULSES)))
-        return Digitised(voltage, saturated, full_scale)
+        return DigitalGates(voltage, saturated, full_scale)
 
     def ideal(self, baseband: NDArray[np.complexfloating]) -> NDArray[np.complex128]:
         """Gates (…, gate) from an envelope (…, sample) by low-pass and decimation alone: no carrier, no converter."""

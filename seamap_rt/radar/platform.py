@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -24,7 +25,7 @@ from .. import random_streams
 from ..conventions import unit_from_azimuth
 from ..io.motionfile import read_motion
 from ..random_streams import Stream
-from ..sea import ResolvedWaves, Sea
+from ..sea import Components, ResolvedWaves
 from ..settings import PlatformSettings, SensorSettings
 from .pose import boat_axes
 from .wave_following import WaveFollowing, wave_tilt_std
@@ -38,11 +39,20 @@ class BoatState:
     attitude: NDArray[np.float64]  # (n, 3) deg roll pitch yaw; yaw is the heading, and does not jump at 360°
 
 
+class Rideable(Protocol):
+    """Waves that a boat can follow; current: m/s east, north."""
+
+    @property
+    def current(self) -> tuple[float, float]: ...
+
+    def components(self) -> Components: ...
+
+
 BoatMotion = Callable[[ArrayLike], BoatState]
 """The boat at times (n,) s."""
 
 
-def boat_motion(platform: PlatformSettings, sea: Sea | None = None) -> BoatMotion:
+def boat_motion(platform: PlatformSettings, sea: Rideable | None = None) -> BoatMotion:
     """The motion that the settings ask for; `wave_following` needs the sea that the radar sees.
 
     Any time may be given, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
@@ -97,7 +107,7 @@ def _sinusoidal(platform: PlatformSettings) -> BoatMotion:
     return motion
 
 
-def _wave_following(platform: PlatformSettings, sea: Sea) -> BoatMotion:
+def _wave_following(platform: PlatformSettings, sea: Rideable) -> BoatMotion:
     """The deck lies along the plane that fits the waves best within the waterline, list and trim added to its angles.
 
     The middle of the waterline is the point about which the boat turns. On a current the boat's speed is still that

@@ -22,8 +22,8 @@ from ..radar.scan import scanned_share
 from ..radar.waveform import RangeResponse, blind_range_m
 from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level
 from ..scattering.bragg import bragg_speed, radar_wavenumber
-from ..scattering.composite import FacingFacets, facing_facets
-from ..scattering.modulation import modulation_db, relaxation_rate
+from ..scattering.breaking import modulation_db, relaxation_rate
+from ..scattering.composite import FrontFacets, front_facets
 from ..scattering.sea_spikes import sea_spikes
 from ..scene import Scene
 from ..sea import Resolved, ResolvedWaves
@@ -147,8 +147,8 @@ class Case:
         return ResolvedWaves.of(self.scene.sea, self.resolved.wavenumber_limit)
 
     @cached_property
-    def facing(self) -> FacingFacets:
-        return facing_facets(self.scene.scattering, self.scene.radar.frequency_hz, self.grazing, self.resolved)
+    def facing(self) -> FrontFacets:
+        return front_facets(self.scene.scattering, self.scene.radar.frequency_hz, self.grazing, self.resolved)
 
     @cached_property
     def strain_db(self) -> float:

@@ -2,7 +2,7 @@
 
 The mesh carries the waves up to a wavenumber k_m; those beyond are statistics of the facet. Up to k_d, a quarter of the
 radar's wavenumber, they tilt it, beyond they scatter (`short_waves`, `tilted_bragg`); some of all
-lengths break (`breaking`); and the mesh's own waves gather them (`modulation`). σ0 is per unit of a facet's TRUE area.
+lengths break, and the mesh's own waves gather them (`breaking`). σ0 is per unit of a facet's TRUE area.
 """
 
 from __future__ import annotations
@@ -15,8 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.bragg import Array, facet_view
-from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
-from seamap_rt.scattering.modulation import action_modulation, breaking_level, breaking_share, mean_action_modulation
+from seamap_rt.scattering.breaking import (
+    Breakers,
+    action_modulation,
+    breakers,
+    breaking_level,
+    breaking_share,
+    mean_action_modulation,
+    nrcs_breaker,
+)
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tilted_bragg import Mirror, TiltedBragg, mirror, tilted_bragg
@@ -57,7 +64,7 @@ def nrcs_composite(
     slope_range: ∂z/∂(outward ground range); positive leans towards the radar.
     slope_cross: ∂z/∂(clockwise cross range).
     wind_angle: look azimuth − azimuth where the wind comes from [rad], both clockwise; 0 looks into the wind.
-    strain: how the mesh's waves squeeze the water at the facet (`modulation`), None for not at all.
+    strain: how the mesh's waves squeeze the water at the facet (`breaking`), None for not at all.
 
     These broadcast. The rest are scalars: frequency [Hz], ε′ − jε″, "HH" or "VV", the waves on the facets, the variance
     of the strain over the sea, so that the mean of the short waves and of the breaking share stays what it is without
@@ -89,7 +96,7 @@ def nrcs_composite(
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
 
 
-class FacingFacets(NamedTuple):
+class FrontFacets(NamedTuple):
     """What facets that face the radar return at one grazing angle, by slope and wind; all arrays (case,)."""
 
     weight: NDArray[np.float64]  # their sum is 1
@@ -108,9 +115,7 @@ class FacingFacets(NamedTuple):
         return -float(db(1.0 - np.sum(self.weight * self.breaking) / np.sum(self.weight * self.level)))
 
 
-def facing_facets(
-    settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved
-) -> FacingFacets:
+def front_facets(settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved) -> FrontFacets:
     """Facets under a grazing angle [rad] by `nrcs_composite`, over Gaussian slopes and all directions of the wind.
 
     resolved: the sea that the mesh carries; its slopes lean the facets, its strain gathers no waves.
@@ -131,7 +136,7 @@ def facing_facets(
     )
     area = np.sqrt(1.0 + along**2 + across**2)[faces]
     level = area * (terms.bragg + terms.specular + terms.breaking)
-    return FacingFacets(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
+    return FrontFacets(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
 
 
 def nrcs_level_sea(settings: ScatteringSettings, frequency_hz: float, grazing: ArrayLike) -> NDArray[np.float64]:

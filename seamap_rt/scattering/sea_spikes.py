@@ -15,7 +15,7 @@ process in space and time. A breaker of waves with the phase speed c
 At any time n = q η/a of a class of waves live per area, η its share of the breaking area. So the sum over breakers of
 a g, per area, has the mean q, and the factor that it puts on a facet's breaking echo the mean 1 whatever the facet's
 size: the mean echo and its calibration stay as they are. Places and times on the resolved waves are Kudryavtsev's
-criterion, saturation to the power of 6 (`modulation.breaking_share`): a breaker is as much brighter as the breaking
+criterion, saturation to the power of 6 (`breaking_share`): a breaker is as much brighter as the breaking
 share of its place is larger than the sea's, so that crests and forward faces break and troughs do not. Barthelemy's
 (2018) criterion, water that runs faster than 0.85 of its crest, was measured beside it: on a sum of linear waves its
 area doubles with each octave of waves that the mesh carries (validation/README.md, "Sea spikes").

@@ -20,7 +20,7 @@ Beyond = Literal["refused", "level", "mirrored"]
 
 
 @dataclass(frozen=True)
-class Continued:
+class ContinuedPatch:
     """Frames of a file's patch, made to repeat."""
 
     file: RecordedSea

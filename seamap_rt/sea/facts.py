@@ -297,7 +297,7 @@ class ResolvedWaves(NamedTuple):
     def strain_std(self, relaxation_rate: float) -> float:
         """Rms strain of the short waves by these at a relaxation rate μ [1/s]: Σ S k²ω²/(μ² + ω²) ⟨cos⁴⟩.
 
-        Alpers & Hasselmann (1978), see `scattering.modulation`; over all looks cos⁴ is 3/8 in the mean.
+        Alpers & Hasselmann (1978), see `scattering.breaking`; over all looks cos⁴ is 3/8 in the mean.
         """
         omega2 = self.frequency**2
         kept = self.wavenumber**2 * omega2 / (relaxation_rate**2 + omega2)

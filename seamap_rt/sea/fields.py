@@ -29,14 +29,14 @@ from .lattice import Lattice
 
 
 @dataclass(frozen=True)
-class Relaxed:
+class RelaxedShift:
     """The field ψ [m²] with ∂ψ/∂t + rate ψ = Φ; its gradient is what short waves that the flow carries along, and that
     relax at the rate [1/s], have been moved by (Alpers & Hasselmann 1978). At rate 0 it is χ."""
 
     rate: float
 
 
-Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
+Kind = Literal["elevation", "potential", "shift"] | RelaxedShift  # η [m], Φ [m²/s], χ [m²], ψ [m²]
 InTime = tuple[float, ...]
 """A sum of derivatives in time: the factor [s^n] of each derivative n = 0, 1, …"""
 
@@ -72,7 +72,7 @@ def per_elevation(kind: Kind, lattice: Lattice, base: Kind | None = None) -> NDA
         return shift
     if kind == "potential":  # ∂χ/∂t
         return -1j * lattice.omega * shift
-    if isinstance(kind, Relaxed):
+    if isinstance(kind, RelaxedShift):
         return omega / (omega + 1j * kind.rate) * shift
     return np.ones_like(shift)
 

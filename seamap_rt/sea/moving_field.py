@@ -223,7 +223,7 @@ class MovingField:
 
     def _state_at(self, number: int) -> Any:
         """What the fields at a knot are made of: exp(−iωt) on the quadrant."""
-        from .half_plane import phasor
+        from .spline_kernel import phasor
 
         return phasor(self.lattice.omega, number * self.time_step)
 
@@ -233,7 +233,7 @@ class MovingField:
         What makes the field of the elevation is the same for all directions, but for the sign of what is odd in time,
         as flow is: under a wave that runs the other way it is reversed. So those waves take the factor's conjugate.
         """
-        from .half_plane import half_plane
+        from .spline_kernel import half_plane
 
         # A function, not an operator: that would multiply in place where it can, by a loop that rounds otherwise.
         factor = state if kind == "elevation" else np.multiply(state, self._per_elevation(kind))

@@ -15,7 +15,7 @@ from ..errors import must_be
 from ..settings import RandomWaves, SeaSettings, SinusoidWaves, check_grid
 from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_scale
 from .facts import choppy_facts, resolved_facts
-from .fields import Kind, Relaxed
+from .fields import Kind, RelaxedShift
 from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
 from .moving_field import MovingField
 from .surface import Sea
@@ -66,7 +66,7 @@ def realize(
     scale = 1.0
     base: Kind = "shift" if settings.model == "choppy" else "potential"
     if relaxation_rate is not None:
-        base = Relaxed(relaxation_rate)
+        base = RelaxedShift(relaxation_rate)
     if settings.model == "choppy":
         random, scale = _keeping_height(random, regular)
     trains: list[WaveTrain] = [*(waves.train(height_error_m, base) for waves in random), *regular]

@@ -30,7 +30,7 @@ from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..physics.dispersion import angular_frequency, group_speed
 from ..settings import SeaSettings
 from ..settings.sea import MOST_POINTS_A_SIDE
-from .continued import Continued
+from .continued import ContinuedPatch
 from .facts import resolved_facts
 from .fields import Kind, Term
 from .lattice import Lattice
@@ -73,7 +73,7 @@ class RecordedField(MovingField):
 
     def __init__(
         self,
-        source: Continued,
+        source: ContinuedPatch,
         lattice: Lattice,
         variance: NDArray[np.float64],
         widest_gap: float = np.inf,
@@ -276,7 +276,7 @@ class RecordedTrain(PlaneTrain):
 def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
     """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
     file = recorded_sea(settings.file)
-    source = Continued(file, settings.beyond)
+    source = ContinuedPatch(file, settings.beyond)
     start = start_of(file, settings.start_s)
     begin = file.begin_s + start[0] * file.step_s + start[1]
     train, variance, gap = _train(source, spacing, settings.depth_m, *start)
@@ -316,7 +316,7 @@ def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
 
 
 def _train(
-    source: Continued, spacing: float, depth: float, first: int, late_s: float
+    source: ContinuedPatch, spacing: float, depth: float, first: int, late_s: float
 ) -> tuple[RecordedTrain, float, float]:
     """The waves, their variance, and the half-width [m] of the widest gap in the frames that were looked at."""
     file = source.file
@@ -356,7 +356,7 @@ def widest_gap(lattice: Lattice, variance: NDArray[np.float64]) -> float:
 
 
 def _waves(
-    source: Continued, lattice: Lattice, start: int
+    source: ContinuedPatch, lattice: Lattice, start: int
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
     """Amplitudes of the lattice's waves at the frame `start`; the variance of each over the record, in all the
     surface's; that of the mean level of a patch that ends, which longer waves move; the half-width [m] of the widest
@@ -409,7 +409,7 @@ def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
 def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     lattice = Lattice(file.side_m, np.pi / file.spacing_m, depth)
     _, variance, *_ = _waves(
-        Continued(file, "level"), lattice, first_frame(file)
+        ContinuedPatch(file, "level"), lattice, first_frame(file)
     )  # a mirrored sea's waves also come from elsewhere
     east, north = lattice.east[None, :], lattice.north[:, None]
     k = np.hypot(east, north)

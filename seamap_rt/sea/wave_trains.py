@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics.dispersion import angular_frequency, orbital_ratio
-from .fields import Kind, Relaxed, Term
+from .fields import Kind, RelaxedShift, Term
 from .lattice import Lattice
 from .moving_field import MovingField
 
@@ -198,7 +198,7 @@ class PlaneTrain(_LatticeTrain):
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
     ) -> NDArray[np.float64]:
         fields = [_FIELDS[name] for name in quantities]
-        terms = [Term(kind or Relaxed(rate), north, east, time) for kind, east, north, time in fields]
+        terms = [Term(kind or RelaxedShift(rate), north, east, time) for kind, east, north, time in fields]
         return self.field.evaluate(x, y, t, terms)
 
     def slope_variance(self) -> tuple[float, float]:
@@ -216,7 +216,7 @@ class LineTrain(_LatticeTrain):
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
     ) -> NDArray[np.float64]:
         fields = [_FIELDS[name] for name in quantities]
-        terms = [Term(kind or Relaxed(rate), column=east + north, time=time) for kind, east, north, time in fields]
+        terms = [Term(kind or RelaxedShift(rate), column=east + north, time=time) for kind, east, north, time in fields]
         shares = [math.prod((self.toward[0],) * east + (self.toward[1],) * north) for _, east, north, _ in fields]
         along = self.field.evaluate(self.toward[0] * x + self.toward[1] * y, y, t, terms)
         return np.array(shares)[:, None] * along
@@ -235,7 +235,7 @@ that at which the relaxed ones relax; `slope_variance` the expected ⟨(∂η/�
 class LinearSurface:
     """First-order (Airy 1845) waves."""
 
-    trains: tuple[WaveTrain, ...]
+    trains: Sequence[WaveTrain]
 
     def sample(
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0

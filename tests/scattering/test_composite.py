@@ -14,7 +14,7 @@ from seamap_rt.conventions import db
 from seamap_rt.radar import link
 from seamap_rt.scattering.bragg import nrcs_two_scale
 from seamap_rt.scattering.breaking import breakers
-from seamap_rt.scattering.composite import FacetNrcs, FacingFacets, facing_facets, nrcs_composite
+from seamap_rt.scattering.composite import FacetNrcs, FrontFacets, front_facets, nrcs_composite
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tilted_bragg import mirror
@@ -189,12 +189,12 @@ def test_degrees_are_not_taken_for_radians() -> None:
         composite(85.0)
 
 
-def facing(**keys: Any) -> FacingFacets:
+def facing(**keys: Any) -> FrontFacets:
     """Facets in the middle of a small scene's window."""
     small = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
     scene = load_scene("tiny", small | keys)
     grazing = float(link.grazing_angle(scene.radar, link.middle_m(scene.radar)))
-    return facing_facets(scene.scattering, scene.radar.frequency_hz, grazing, realize(scene.sea, 1).resolved)
+    return front_facets(scene.scattering, scene.radar.frequency_hz, grazing, realize(scene.sea, 1).resolved)
 
 
 def test_waves_modulate_facets_and_breakers_raise_hh() -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtri
 
 from seamap_rt.conventions import db
-from seamap_rt.scattering.modulation import (
+from seamap_rt.scattering.breaking import (
     action_modulation,
     breaking_level,
     breaking_share,

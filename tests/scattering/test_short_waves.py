@@ -7,7 +7,7 @@ from seamap_rt import simulation
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.report.headline import run_facts
 from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
-from seamap_rt.scattering.modulation import approaching_share
+from seamap_rt.scattering.breaking import approaching_share
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system
 from seamap_rt.sea.spectra import elfouhaily97

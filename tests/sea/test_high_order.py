@@ -382,7 +382,7 @@ def test_breaking_takes_energy_and_is_all_that_does() -> None:
     _, plan = steep_sea(3.1)
     evolution = plan.evolution(0.0, 0.5)
     begin = evolution.advanced(plan.beginning(evolution), plan.steps_before(evolution.step))
-    end = evolution.advanced(begin, int(20 * plan.steepest.period / evolution.step))
+    end = evolution.advanced(begin, int(20 * plan.steepest.peak_period / evolution.step))
     energies = [evolution.energy(state) for state in (begin, end)]
     lost = (energies[0] - energies[1]) / energies[0]
     assert 0.05 < lost < 0.5
@@ -390,7 +390,7 @@ def test_breaking_takes_energy_and_is_all_that_does() -> None:
 
     assert plan.breaking is not None
     gentle = LowPass(8.0 * plan.steepest.wavenumber, plan.breaking.rate)
-    left = gentle.share_left(plan.band, plan.steepest.period)
+    left = gentle.share_left(plan.band, plan.steepest.peak_period)
     assert left.min() < 1e-12
     assert left[0, plan.band.east[0] < 4.0 * plan.steepest.wavenumber].min() > 1.0 - 1e-7
 
@@ -403,7 +403,7 @@ def test_the_filter_is_the_published_one_sixty_four_times_a_period() -> None:
     k, peak = np.sqrt(plan.band.square), plan.steepest.wavenumber
     assert peak == pytest.approx((2.0 * np.pi / 5.5) ** 2 / GRAVITY, rel=1e-3)
     published = np.exp(-((k / (8.0 * peak)) ** 30))
-    step = plan.steepest.period / 64.0
+    step = plan.steepest.peak_period / 64.0
     cut = np.pi / plan.spacing / (8.0 * peak)  # the spacing's own rounding, if it has any
     assert cut == pytest.approx(1.0, rel=1e-6)
     assert_allclose(plan.breaking.share_left(plan.band, step), published, rtol=1e-4, atol=1e-9)
@@ -426,7 +426,7 @@ def test_a_record_begins_when_the_nonlinear_rates_act() -> None:
     """They set in by 1 − exp(−(t/Ta)⁴), Ta five periods of the peak (Dommermuth 2000): some 99.9 % of them."""
     _, plan = steep_sea(1.4)
     step = plan.evolution(0.0, 0.5).step
-    assert plan.relaxing == pytest.approx(5.0 * plan.steepest.period)
+    assert plan.relaxing == pytest.approx(5.0 * plan.steepest.peak_period)
     begun = plan.steps_before(step) * step / plan.relaxing
     assert 1.0 - 2e-3 < -np.expm1(-(begun**4)) < 1.0 - 5e-4
 
@@ -450,7 +450,7 @@ def test_steps_follow_the_waves(spacing: float | None) -> None:
     period or the shortest waves, which its orbits carry, set the step. A step half as long again errs by 1.5⁴."""
     _, given = steep_sea(2.4)
     plan = Plan(given.settings, given.sea, 3, spacing)
-    start, count = plan.start.state(plan.band, 0.0), round(2.0 * plan.steepest.period / plan.longest_step)
+    start, count = plan.start.state(plan.band, 0.0), round(2.0 * plan.steepest.peak_period / plan.longest_step)
     linear, coarse, fine = (
         Evolution(plan.band, order, plan.longest_step / parts).advanced(start, parts * count).elevation
         for order, parts in ((1, 1), (3, 1), (3, 4))

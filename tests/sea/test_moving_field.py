@@ -11,7 +11,7 @@ from numba.core import config
 from small_seas import PARTS
 
 from seamap_rt.sea import moving_field, realize, spline
-from seamap_rt.sea.fields import DERIVATIVES, Relaxed, flow_missed
+from seamap_rt.sea.fields import DERIVATIVES, RelaxedShift, flow_missed
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.spline import bspline_polynomials
@@ -125,7 +125,7 @@ def test_flow_and_strain_are_derivatives_of_the_shift(name):
 
 # ------------------------------------------------------------------------------------------------- errors
 
-BASES = [None, "potential", "shift", Relaxed(2.0)]
+BASES = [None, "potential", "shift", RelaxedShift(2.0)]
 
 
 def one_wave(column, row, time_step, oversampling, order=5, depth=np.inf, length=64.0, base=None):
@@ -206,9 +206,9 @@ def test_a_run_takes_heights_flow_and_relaxed_shift_from_one_field():
     x, y, t = scattered(2000, seed=5)
     wanted: list[Quantity] = ["elevation", "rate", "slope_east", "flow_east", "flow_north", "relaxed_east"]
     found = part.sample(x, y, t, wanted, rate)
-    assert {kind for _, kind in part.field._cache} == {Relaxed(rate)}
+    assert {kind for _, kind in part.field._cache} == {RelaxedShift(rate)}
     expected = PlaneTrain(part.lattice, part.variance, part.amplitude, own).sample(x, y, t, wanted, rate)
-    assert {kind for _, kind in own._cache} == {"elevation", "potential", Relaxed(rate)}
+    assert {kind for _, kind in own._cache} == {"elevation", "potential", RelaxedShift(rate)}
     rms = np.sqrt(np.mean((found - expected) ** 2, axis=1))
     # Both have the same grid in space. In time the rise is the worst: its budget is 1.2 mm/s, the heights' 0.3 mm.
     budget = np.array([spline.ELEVATION_BUDGET, *4 * [spline.VELOCITY_BUDGET]])
@@ -217,7 +217,7 @@ def test_a_run_takes_heights_flow_and_relaxed_shift_from_one_field():
     assert rms[5] < flow_missed(part.lattice.limit) * expected[5].std() + 1e-6
     # At another rate the shift has knots of its own.
     part.sample(x, y, t, wanted, 2.0 * rate)
-    assert {kind for _, kind in part.field._cache} == {Relaxed(rate), Relaxed(2.0 * rate)}
+    assert {kind for _, kind in part.field._cache} == {RelaxedShift(rate), RelaxedShift(2.0 * rate)}
 
 
 def test_a_base_is_kept_where_what_follows_from_it_is_as_exact():

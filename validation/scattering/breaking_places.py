@@ -3,7 +3,7 @@
     python -m validation.scattering.breaking_places [--seeds 11:13] [--winds 5,8,12] [--area] [--set KEY=VALUE]…
 
 Barthelemy et al. (2018): a wave breaks once the water at its crest runs faster than B = u/c = 0.85 of the crest's own
-speed c. The simulator's breakers follow the strain of the resolved waves to a power (`modulation.breaking_share`). On
+speed c. The simulator's breakers follow the strain of the resolved waves to a power (`breaking_share`). On
 one linear wave both would be the same number, ka cos θ, if the short waves did not relax; those of X-band do within a
 fraction of a second, so that their strain leads the crest.
 

@@ -122,7 +122,7 @@ def life(settings: SeaSettings, minutes: float) -> Life:
     evolution = plan.evolution(0.0, 0.5)
     band, shape = plan.band, tuple(4 * most + 4 if most else 1 for most in (plan.band.most_y, plan.band.most_x))
     begin = state = evolution.advanced(plan.beginning(evolution), plan.steps_before(evolution.step))
-    every, moments = max(1, round(plan.steepest.period / evolution.step)), []
+    every, moments = max(1, round(plan.steepest.peak_period / evolution.step)), []
     for _ in range(round(60.0 * minutes / (every * evolution.step))):
         state = evolution.advanced(state, every)
         height = band.to_points(state.elevation, (shape[0], shape[1]))
