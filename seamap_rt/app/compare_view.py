@@ -26,7 +26,7 @@ from .prospects_view import number
 from .results import Results
 from .runs import find_runs
 from .views import Source
-from .widgets import Canvas, Image, Images, drawn, grey_of
+from .widgets import Canvas, Image, Images, choice, count_on, drawn, flat_button, grey_of, slider, tile
 
 if TYPE_CHECKING:
     from .page import Page
@@ -299,13 +299,10 @@ class CompareView:
         self._shown: tuple[Any, ...] = ()
         with ui.row().classes("w-full items-center gap-2"):
             self._choices = [
-                ui.select({}, label=label, on_change=lambda e, i=i: self._chosen(i, e.value))
-                .props("dense outlined options-dense")
-                .classes("w-64 max-w-full")
-                .mark(f"compare-{label}")
+                choice(label, f"compare-{label}", on_change=lambda e, i=i: self._chosen(i, e.value))
                 for i, label in enumerate("AB")
             ]
-            ui.button("Swap A and B", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
+            flat_button("Swap A and B", icon="swap_horiz", on_click=self._swap)
         self._said = ui.label().classes("text-sm").props("role=status")
         drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")
@@ -317,8 +314,7 @@ class CompareView:
             self._ranges.classes("w-full").mark("compared-ranges")
             with ui.row().classes("w-full items-center no-wrap gap-2"):
                 self._turn = ui.label("Turn").classes("text-sm figure-value whitespace-nowrap")
-                self._slider = ui.slider(min=1, max=2, value=1, step=1).props('label aria-label="Turn"')
-                self._slider.classes("grow mx-2").on_value_change(self._redraw)
+                self._slider = slider("Turn", "compared-turn", self._redraw)
             self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
             self._images = Images(columns=True)
         self._body.set_visibility(False)
@@ -340,8 +336,8 @@ class CompareView:
         if self.tab.other not in names or self.tab.other == self.tab.run:
             self.tab.other = next(name for name in names if name != self.tab.run)
         self._filling = True
-        for choice, value in zip(self._choices, (self.tab.run, self.tab.other), strict=True):
-            choice.set_options({name: name for name in names}, value=value)
+        for each, value in zip(self._choices, (self.tab.run, self.tab.other), strict=True):
+            each.set_options({name: name for name in names}, value=value)
         self._filling = False
         await self._draw()
 
@@ -384,9 +380,7 @@ class CompareView:
         made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
         self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
         self._body.set_visibility(True)
-        self._slider.props["max"] = max(count, 2)
-        self._slider.set_enabled(count > 1)
-        self._slider.update()
+        count_on(self._slider, count)
         self._turn.set_text(turn_name(turn, count))
         if not whole:
             self._maps.frame(made.shown)
@@ -403,8 +397,7 @@ class CompareView:
             if not rows:
                 ui.label("Figures follow when both runs have ended.").classes("text-sm")
             for row in rows:
-                with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-                    ui.label(f"{row.words}{f' ({row.unit})' if row.unit else ''}").classes("text-xs opacity-80")
+                with tile(f"{row.words}{f' ({row.unit})' if row.unit else ''}")[1]:
                     first, second = (
                         "—" if each is None else number(each, row.digits) for each in (row.first, row.second)
                     )

@@ -28,7 +28,7 @@ from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import drawing, figures
 from .figures import Figure
 from .views import Section, Source
-from .widgets import Image, Images, drawn
+from .widgets import Image, Images, drawn, slider
 
 if TYPE_CHECKING:
     from .prospects import Prospects
@@ -154,9 +154,8 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            self.slider = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360)
-            self.slider.props('label aria-label="Azimuth of the look"').classes("grow").mark("azimuth")
-            self.slider.on_value_change(lambda e: view.set_azimuth(float(e.value or 0.0)))
+            turned = lambda e: view.set_azimuth(float(e.value or 0.0))  # noqa: E731
+            self.slider = slider("Azimuth of the look", "azimuth", turned, 0, 359, round(view.azimuth) % 360)
         self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full")
         self.plot.mark("section")
 

@@ -16,6 +16,7 @@ from .prospects_view import ProspectsView
 from .runs import free_name
 from .safety import safe_name
 from .uploads import keep
+from .widgets import choice, flat_button, round_button
 
 if TYPE_CHECKING:
     from .page import Page
@@ -32,12 +33,11 @@ class DesignView:
         self._asked = 0
         self._models = False  # loaded, of what a design is likely to do
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = ui.select(self._starts(), value=None, label="Begin with", on_change=self._start)
-            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("start")
+            self._choice = choice("Begin with", "start", self._starts(), value=None, on_change=self._start)
             ui.button("Run", icon="play_arrow", on_click=self._run).props("no-caps").mark("run")
             self._predict = ui.checkbox("forecast too").props("dense").mark("predict")
-            ui.button("Undo", icon="undo", on_click=self._undo).props("flat dense no-caps").mark("undo")
-            ui.button("Keep to compare", icon="push_pin", on_click=self._pin).props("flat dense no-caps").mark("pin")
+            flat_button("Undo", icon="undo", on_click=self._undo, mark="undo")
+            flat_button("Keep to compare", icon="push_pin", on_click=self._pin, mark="pin")
             self._said = ui.label().classes("text-sm").props("role=status")
         self._answer = ui.label().classes("font-bold").mark("answer").props("aria-live=polite")
         with ui.element("div").classes("w-full grid gap-4 grid-cols-1 lg:grid-cols-[minmax(340px,27rem)_1fr]"):
@@ -146,11 +146,10 @@ class DesignView:
         ui.label("The same run on a command line:").classes("text-sm")
         with ui.row().classes("w-full no-wrap items-center"):
             self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
-            ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(self._command.text)).props(
-                'flat dense round aria-label="Copy the command"'
-            )
+            copy = lambda: ui.clipboard.write(self._command.text)  # noqa: E731
+            round_button("Copy the command", icon="content_copy", on_click=copy)
         with ui.row().classes("gap-2"):
-            ui.button("Download", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
+            flat_button("Download", icon="download", on_click=self._save, mark="save")
             ui.upload(
                 label="Load a scene (TOML), or a file that another needs beside it",
                 auto_upload=True,

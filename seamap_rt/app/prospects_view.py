@@ -11,6 +11,7 @@ from nicegui import ui
 from ..conventions import written
 from . import figures
 from .figures import Figure
+from .widgets import tile
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -85,12 +86,11 @@ class _Tile:
     """One figure, and how far it is from the kept design's."""
 
     def __init__(self, key: str, words: str, unit: str) -> None:
-        with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-            self.words = ui.label(words).classes("text-xs opacity-80")
-            with ui.row().classes("items-baseline gap-1"):
-                self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
-                ui.label(unit).classes("text-xs")
-                self._change = ui.label().classes("text-xs figure-value").mark(f"change-{key}")
+        self.words, row = tile(words)
+        with row:
+            self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
+            ui.label(unit).classes("text-xs")
+            self._change = ui.label().classes("text-xs figure-value").mark(f"change-{key}")
 
     def fill(self, value: float, digits: int, before: float | None, better: int) -> None:
         """better: 1 where more is, −1 where less is, 0 of neither."""

@@ -13,6 +13,7 @@ from ..io.recording_header import RecordingHeader
 from .runs import free_name
 from .safety import safe_name
 from .uploads import KINDS, MB, kept, upload_button
+from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
     from .page import Page
@@ -43,34 +44,31 @@ class RecordingsPanel:
                     'no-caps aria-label="Retrieve the recording"'
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
-                ui.button("Download a header to fill in", icon="download", on_click=_give_header).props(
-                    "flat dense no-caps"
-                )
+                flat_button("Download a header to fill in", icon="download", on_click=_give_header)
             self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
         self.fill()
 
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""
         with ui.row().classes("w-full items-center no-wrap gap-1"):
-            choice = ui.select({}, label=label, clearable=kind == "header")
-            choice.props("dense outlined options-dense").classes("grow min-w-0").mark(f"choose-{kind}")
+            made = choice(label, f"choose-{kind}", width="grow min-w-0", clearable=kind == "header")
 
             def taken(path: Path) -> None:
                 self.fill()
-                choice.value = str(path)
+                made.value = str(path)
 
             names = self._other_names if kind == "recording" else dict
             upload_button(self.page.server.roots, kind, self._tell, taken, names=names)
-        return choice
+        return made
 
     def _tell(self, line: str) -> None:
         self._said.set_text(line)
 
     def fill(self) -> None:
         """What is there to be chosen."""
-        for kind, choice in (("recording", self._recording), ("header", self._header)):
+        for kind, made in (("recording", self._recording), ("header", self._header)):
             there = {str(each): each.name for each in kept(self.page.server.roots, kind)}
-            choice.set_options(there, value=choice.value if choice.value in there else None)
+            made.set_options(there, value=made.value if made.value in there else None)
 
     def _other_names(self) -> dict[str, str]:
         """InputError for what is no name of an array."""

@@ -23,6 +23,7 @@ from ..io.turn_files import part_of
 from ..session.pace import duration
 from .jobs import Job
 from .safety import is_text, unreadable_product
+from .widgets import flat_button, round_button
 
 if TYPE_CHECKING:
     from .page import Page, ServerState
@@ -214,7 +215,7 @@ class RunsView:
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.server.roots.runs}").classes("text-xs opacity-80 break-all")
-            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
+            round_button("Refresh the list", icon="refresh", on_click=self._find)
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
@@ -280,11 +281,11 @@ class RunsView:
                 if entry.headline:
                     ui.label(entry.headline).classes("text-sm")
             if entry.kind == "simulation":
-                again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
-                again.props("dense no-caps flat").props["aria-label"] = f"Retrieve {entry.name}"
-            see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
-            see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
-            with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
+                again = flat_button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
+                again.props["aria-label"] = f"Retrieve {entry.name}"
+            see = flat_button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
+            see.mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
+            with round_button("Download", icon="download"), ui.menu():
                 for name in products_of(folder):
                     ui.menu_item(name, on_click=partial(ui.navigate.to, address(entry.name, name), new_tab=True))
 
@@ -319,13 +320,11 @@ class _Row:
                     ui.label(job.title).classes("text-xs opacity-80")
                     self._line = ui.label(job.reason).classes("text-sm").props("role=status")
                 if not job.over:
-                    ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name)).props(
-                        "flat dense no-caps"
-                    ).mark(f"cancel-{job.folder}")
+                    cancel = ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name))
+                    cancel.props("flat dense no-caps").mark(f"cancel-{job.folder}")
                 else:
-                    ui.button(icon="close", on_click=lambda: page.server.queue.forget(job.name)).props(
-                        'flat dense round aria-label="Remove from the list; results stay"'
-                    )
+                    forget = partial(page.server.queue.forget, job.name)
+                    round_button("Remove from the list; results stay", icon="close", on_click=forget)
                 if job.state != "queued":
                     kind = "trade" if job.words[0] == "trade" else None
                     see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))

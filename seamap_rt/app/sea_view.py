@@ -22,6 +22,7 @@ from ..conventions import turn_name
 from ..report import style
 from . import drawing, figures
 from .views import Source
+from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -206,14 +207,12 @@ class SeaPanel:
             self._picture.props('alt="The sea as one sees it from the mast"')
             with ui.row().classes("w-full max-w-5xl items-center no-wrap gap-2"):
                 ui.label("Look").classes("text-sm")
-                self._look = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360, on_change=self._looked)
-                self._look.props('label aria-label="Azimuth of the look"').classes("grow mx-2").mark("mast-look")
+                at = round(view.azimuth) % 360
+                self._look = slider("Azimuth of the look", "mast-look", self._looked, 0, 359, at)
         self._mast.set_visibility(False)
         self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
         with ui.row().classes("w-full items-center gap-2") as self._render:
-            ui.button("Render from the mast", icon="photo_camera", on_click=self._queue).props(
-                "flat dense no-caps"
-            ).mark("render")
+            flat_button("Render from the mast", icon="photo_camera", on_click=self._queue, mark="render")
             ui.label(
                 "Some seconds: the run's own sea at this moment, with waves that no map resolves, by a ray tracer."
             ).classes("text-xs opacity-80")

@@ -21,7 +21,7 @@ from .pictures import Shown
 from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
-from .widgets import Canvas, grey_of
+from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
     from .page import Page
@@ -73,9 +73,8 @@ class SeeView:
 
     def _head(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = ui.select({}, label="Run", on_change=lambda e: self._choose(e.value))
-            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("run-choice")
-            with ui.button("Download", icon="download").props("flat dense no-caps").mark("export"):
+            self._choice = choice("Run", "run-choice", on_change=lambda e: self._choose(e.value))
+            with flat_button("Download", icon="download", mark="export"):
                 self._menu = ui.menu()
             self._say = ui.label().classes("text-sm").props("role=status")
         self._headline = ui.label().classes("font-bold").mark("verdict")
@@ -85,10 +84,8 @@ class SeeView:
             self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
             self._button.mark("play")
             for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
-                button = ui.button(icon=icon, on_click=partial(self._step, step)).props("flat dense round")
-                button.props["aria-label"] = words
-            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=lambda e: self._to(e.value))
-            self._slider.props('label aria-label="Turn"').classes("grow min-w-0 mx-2").mark("turn")
+                round_button(words, icon=icon, on_click=partial(self._step, step))
+            self._slider = slider("Turn", "turn", lambda e: self._to(e.value))
             self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
 
     # ------------------------------------------------------------------------------------------------- the run
@@ -175,9 +172,7 @@ class SeeView:
             self._turns = turns
             if at_end or self.tab.turn >= len(turns):
                 self.tab.turn = len(turns) - 1
-            self._slider.props["max"] = max(len(turns), 2)
-            self._slider.update()
-            self._slider.set_enabled(len(turns) > 1)
+            count_on(self._slider, len(turns))
             self._slider.value = self.tab.turn + 1
             self.redraw()
 
