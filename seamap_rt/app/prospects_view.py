@@ -146,6 +146,12 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool
             if each.ahead is not None
         ]
 
+    def curves(name: str, words: str, colour: str) -> list[Figure]:
+        return [
+            figures.line(each.ground_m, getattr(each, name), f"{words}{tail}", colour, dash=dash)
+            for each, dash, tail in both
+        ]
+
     visible = [
         *ahead("visible_fraction", "in sight", figures.BLUE, 100.0),
         *ahead("quality", "measured", figures.GREEN, 100.0),
@@ -153,18 +159,9 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool
         figures.line(found.ground_m, 100.0 * found.wagner, "Wagner 1967", figures.SKY, dash="dot"),
     ]
     error = ahead("height_error", "of the map", figures.VERMILION)
-    error += [
-        figures.line(each.ground_m, each.noise_error_m, f"noise of one dwell{tail}", figures.GREY, dash=dash)
-        for each, dash, tail in both
-    ]
-    snr = [
-        figures.line(each.ground_m, each.snr_db, f"mean sea{tail}", figures.GREEN, dash=dash)
-        for each, dash, tail in both
-    ]
-    cycle = [
-        figures.line(each.ground_m, each.ambiguity_m, f"height of a cycle{tail}", figures.ORANGE, dash=dash)
-        for each, dash, tail in both
-    ]
+    error += curves("noise_error_m", "noise of one dwell", figures.GREY)
+    snr = curves("snr_db", "mean sea", figures.GREEN)
+    cycle = curves("ambiguity_m", "height of a cycle", figures.ORANGE)
     return {
         "visible": against_range(
             "Share of the sea that is in sight, and that is measured", "%", visible, range=[0, 102]

@@ -125,28 +125,26 @@ def free_name(runs: Path, wanted: str, taken: set[str]) -> str:
     return name
 
 
-PRODUCTS = {  # that may be downloaded, with their types; a page of ours is shown, the others are saved
-    "report.html": "text/html; charset=utf-8",
-    "retrieval.html": "text/html; charset=utf-8",
-    "trade.html": "text/html; charset=utf-8",
-    "shadowing.html": "text/html; charset=utf-8",
-    "maps.nc": "application/x-netcdf",
-    "truth.nc": "application/x-netcdf",
-    "prediction.nc": "application/x-netcdf",
-    "gauges.nc": "application/x-netcdf",
-    "trade.nc": "application/x-netcdf",
-    "shadowing.nc": "application/x-netcdf",
-    "trade.csv": "text/csv; charset=utf-8",
-    "shadowing.csv": "text/csv; charset=utf-8",
-    "metrics.json": "application/json",
-    "scene.toml": "text/plain; charset=utf-8",
-    "sea.nc": "application/x-netcdf",
-    "statistics.txt": "text/plain; charset=utf-8",
-    "from_mast.png": "image/png",
-    "sea_surface.png": "image/png",
-    "directional_spectrum.png": "image/png",
-    "sea.gif": "image/gif",
+_TYPES = {  # a page of ours is shown, the others are saved
+    ".html": "text/html; charset=utf-8",
+    ".nc": "application/x-netcdf",
+    ".csv": "text/csv; charset=utf-8",
+    ".json": "application/json",
+    ".toml": "text/plain; charset=utf-8",
+    ".txt": "text/plain; charset=utf-8",
+    ".png": "image/png",
+    ".gif": "image/gif",
 }
+PRODUCTS = (  # that may be downloaded
+    "report.html", "retrieval.html", "trade.html", "shadowing.html", "maps.nc", "truth.nc", "prediction.nc",
+    "gauges.nc", "trade.nc", "shadowing.nc", "trade.csv", "shadowing.csv", "metrics.json", "scene.toml", "sea.nc",
+    "statistics.txt", "from_mast.png", "sea_surface.png", "directional_spectrum.png", "sea.gif",
+)  # fmt: skip
+
+
+_OF_PAGES = (
+    "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+)
 
 
 def give_files(app: FastAPI, server: ServerState) -> None:
@@ -163,16 +161,8 @@ def give_files(app: FastAPI, server: ServerState) -> None:
             return PlainTextResponse(f"{refusal}\n", 404)
         if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
-        kind = PRODUCTS[name]
-        shown = kind.startswith("text/html")
-        headers = (
-            {
-                "content-security-policy": "sandbox allow-scripts; default-src 'none'; img-src data:; "
-                "style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-            }
-            if shown
-            else {}
-        )
+        kind, shown = _TYPES[file.suffix], file.suffix == ".html"
+        headers = {"content-security-policy": _OF_PAGES} if shown else {}
         disposition = "inline" if shown else "attachment"
         saved = f"{run.replace('/', '_')}_{name}"
         return FileResponse(
