@@ -146,9 +146,6 @@ def write_link(
     lines = link_lines(scene, table, curve)
     if out is None:
         return LinkProducts(lines, ())
-    from ..report import style  # drawing takes half a second to load
-    from .link import draw
-
     folder = Path(out)
     with results_folder(folder, overwrite, PRODUCTS):
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))

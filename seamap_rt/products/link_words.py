@@ -18,7 +18,7 @@ from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, strad
 from ..scene import Scene
 from ..settings import RadarSettings
 
-Column = tuple[str, NDArray[np.float64], int]  # heading, values, decimals
+Column = tuple[str, str, NDArray[np.float64], int]  # heading, name in the CSV, values, decimals
 
 _TITLES = {
     "textbook": "Textbook budget: the beam's peak on every cell, even over its −3 dB width, the whole pulse",
@@ -33,9 +33,10 @@ def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
     wide = max(len(name) for name, _ in facts)
     lines = [f"Link budget of {scene.name}: a level boat over mean sea level", ""]
     lines += [f"{name:{wide}}  {value}" for name, value in facts]
-    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(_sea_columns(scene.radar, table))]
+    seen = _sea_columns(scene.radar, table)
+    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(seen)]
     for each in table.budgets:
-        lines += ["", _TITLES[each.name], *_aligned(_budget_columns(table, each))]
+        lines += ["", _TITLES[each.name], *_aligned([seen[0], *_budget_columns(table, each)])]
     notes = _notes(scene.radar, table.range)
     return [*lines, "", *notes] if notes else lines
 
@@ -49,22 +50,10 @@ def nrcs_words(budget: LinkBudget) -> str:
 
 def link_table(radar: RadarSettings, table: LinkBudget) -> str:
     """The same as CSV, a row per range: values in dB are 10 log10, cells that have none (σ0 in a null) are empty."""
-    columns: list[tuple[str, NDArray[np.float64]]] = [
-        ("range_m", table.range),
-        ("grazing_deg", np.degrees(table.grazing)),
-        ("gain_towards_sea_dbi", db(table.gain)),
-        ("footprint_m", link.footprint_m(radar, table.range)),
-        ("cell_area_m2", table.area),
-        ("nrcs_db", db(table.nrcs)),
-        ("noise_dbm", np.full(table.range.shape, _dbm(table.noise))),
-    ]
+    columns = [(name, values) for _, name, values, _ in _sea_columns(radar, table)]
+    columns.append(("noise_dbm", np.full(table.range.shape, _dbm(table.noise))))
     for each in table.budgets:
-        columns.append((f"{each.name}_echo_dbm", _dbm(each.power)))
-        for prefix, rows in (("snr", each.snr), ("minimum_nrcs", each.minimum_nrcs)):
-            for integration, row in zip(table.integrations, rows, strict=True):
-                columns.append(
-                    (f"{each.name}_{prefix}_{integration.name.replace(' ', '_').replace('-', '')}_db", db(row))
-                )
+        columns += [(f"{each.name}_{name}", values) for _, name, values, _ in _budget_columns(table, each)]
     rows = zip(*(values for _, values in columns), strict=True)
     numbers = [[f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in rows]
     return csv_text([[name for name, _ in columns], *numbers])
@@ -156,30 +145,30 @@ def _distance(reach: float, top: float) -> str:
 
 def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
     return [
-        ("range m", table.range, 1),
-        ("grazing °", np.degrees(table.grazing), 2),
-        ("gain to sea dBi", db(table.gain), 2),
-        ("beam across m", link.footprint_m(radar, table.range), 2),
-        ("cell m²", table.area, 2),
-        ("mean σ0 dB", db(table.nrcs), 2),
+        ("range m", "range_m", table.range, 1),
+        ("grazing °", "grazing_deg", np.degrees(table.grazing), 2),
+        ("gain to sea dBi", "gain_towards_sea_dbi", db(table.gain), 2),
+        ("beam across m", "footprint_m", link.footprint_m(radar, table.range), 2),
+        ("cell m²", "cell_area_m2", table.area, 2),
+        ("mean σ0 dB", "nrcs_db", db(table.nrcs), 2),
     ]
 
 
 def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
-    names = [mode.name for mode in table.integrations]
-    return [
-        ("range m", table.range, 1),
-        ("echo dBm", _dbm(each.power), 2),
-        *((f"SNR dB {name}", row, 2) for name, row in zip(names, db(each.snr), strict=True)),
-        *((f"σ0 min dB {name}", row, 2) for name, row in zip(names, db(each.minimum_nrcs), strict=True)),
-    ]
+    """Without the ranges."""
+    columns: list[Column] = [("echo dBm", "echo_dbm", _dbm(each.power), 2)]
+    for heading, prefix, rows in (("SNR dB", "snr", each.snr), ("σ0 min dB", "minimum_nrcs", each.minimum_nrcs)):
+        for mode, row in zip(table.integrations, rows, strict=True):
+            name = mode.name.replace(" ", "_").replace("-", "")
+            columns.append((f"{heading} {mode.name}", f"{prefix}_{name}_db", db(row), 2))
+    return columns
 
 
 def _aligned(columns: Sequence[Column]) -> list[str]:
     """Headings of two lines at most, numbers flush right."""
-    heads = [_two_lines(heading) for heading, _, _ in columns]
+    heads = [_two_lines(heading) for heading, *_ in columns]
     cells = [
-        [f"{value:.{digits}f}" if math.isfinite(value) else "—" for value in values] for _, values, digits in columns
+        [f"{value:.{digits}f}" if math.isfinite(value) else "—" for value in values] for *_, values, digits in columns
     ]
     widths = [max(map(len, (*head, *cell))) for head, cell in zip(heads, cells, strict=True)]
     rows = [*zip(*heads, strict=True), *zip(*cells, strict=True)]
