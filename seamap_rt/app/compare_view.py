@@ -21,12 +21,12 @@ from . import drawing
 from .curve_panels import range_pictures
 from .draft import flat
 from .maps_panel import MapsPanel
-from .pictures import Panel, Scale, Shown, ground_raster
+from .pictures import MapPanels, Panel, Scale, ground_raster
 from .prospects_view import number
 from .results import Results
 from .runs import find_runs
 from .views import Source
-from .widgets import Canvas, Image, Images, choice, count_on, drawn, flat_button, grey_of, slider, tile
+from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, slider, tile
 
 if TYPE_CHECKING:
     from .page import Page
@@ -213,7 +213,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),
-        drawn(range_pictures(errors), dark),
+        draw_images(range_pictures(errors), dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
         judge(squares(first), squares(second)) if known else [],
@@ -221,14 +221,14 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
 
 
 class Comparison(NamedTuple):
-    shown: Shown
+    shown: MapPanels
     images: list[Image]
     figures: list[Figure]
     differ: str
     judged: list[RangeVerdict]
 
 
-def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> Shown:
+def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> MapPanels:
     """Retrieved heights of both on one scale and, where the truth is known, both errors on another.
 
     turn: by its place, of both. OSError, IndexError where a run has no such turn.
@@ -247,7 +247,7 @@ def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str
         error = _scale([each["error"] for each in both], "Error (m)")
         panels += [Panel(f"{name}: error", error, 3) for name in names]
         values += [each["error"] for each in both]
-    return Shown.of(panels, raster, values)
+    return MapPanels.of(panels, raster, values)
 
 
 def _fields(source: Source, turn: int) -> dict[str, Array]:
@@ -320,7 +320,7 @@ class CompareView:
         self._body.set_visibility(False)
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._shown = ()
         ui.timer(0.01, self._enter, once=True)
 

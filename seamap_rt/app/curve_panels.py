@@ -28,7 +28,7 @@ from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import drawing, figures
 from .figures import Figure
 from .views import Section, Source
-from .widgets import Image, Images, drawn, slider
+from .widgets import Image, Images, draw_images, slider
 
 if TYPE_CHECKING:
     from .prospects import Prospects
@@ -225,7 +225,7 @@ class RangePanel:
 
 def by_range_of(source: Source, turn: int, dark: bool) -> list[Image]:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return drawn(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
+    return draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
 
 
 def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -283,7 +283,7 @@ class StatePanel:
 
 def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, list[Image]]:
     """The wave height turn by turn; of the spectra of the turns up to one what is missing, and their figure."""
-    heights, found = drawn(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
+    heights, found = draw_images(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
     if found.retrieved is None and found.true is None:
         return heights, found.why, []
     law = source.expected()
@@ -293,7 +293,7 @@ def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, l
         of_scene = law.spectrum.frequency, law.spectrum.density.sum(axis=1) * step
     turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
     words = f"Of {turns}, in the frame of the water."
-    return heights, found.why, drawn([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
+    return heights, found.why, draw_images([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
 
 
 def _why_no_state(source: Source) -> str:

@@ -15,7 +15,7 @@ from .form import Form
 from .prospects_view import ProspectsView
 from .runs import free_name
 from .safety import safe_name
-from .uploads import keep
+from .uploads import save_upload
 from .widgets import choice, flat_button, round_button
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class DesignView:
         self._new_form()
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._changed("")
 
     def take_over(self) -> None:
@@ -176,7 +176,7 @@ class DesignView:
                 self._take(Draft.of_toml(content, self.page.server.roots, name))
                 self._said.set_text(f"{name} is loaded.")
                 return
-            path = await asyncio.to_thread(keep, self.page.server.roots, "beside", name, content)
+            path = await asyncio.to_thread(save_upload, self.page.server.roots, "beside", name, content)
             self._said.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
         except (InputError, OSError) as refusal:
             self._said.set_text(str(refusal))

@@ -28,7 +28,7 @@ from ..report.keys import label_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
-from .widgets import Image, Images, choice, count_on, drawn, slider
+from .widgets import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -78,14 +78,14 @@ async def verify_forecasts(folder: Path) -> Verification:
     key = _key(folder)
     if key is None:
         raise InputError("no finished forecasts are here")
-    if key not in _KEPT or (_KEPT[key].done() and kept(folder) is None):
+    if key not in _KEPT or (_KEPT[key].done() and known_verification(folder) is None):
         _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return await asyncio.shield(_KEPT[key])
 
 
-def kept(folder: Path) -> Verification | None:
+def known_verification(folder: Path) -> Verification | None:
     """What is known of a folder already."""
     held = _KEPT.get(_key(folder) or ("", 0))
     known = held is not None and held.done() and not held.cancelled() and held.exception() is None
@@ -197,13 +197,16 @@ def view_forecast(
     if ahead is None:
         return None
     if came is None:
-        return ForecastView(_words(ahead), drawn([ahead_picture(ahead)], dark), [], [])
+        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark), [], [])
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
     windows = [] if came.windows is None else [window_picture(came.windows, came.told["confidence"])]
     return ForecastView(
-        _words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), drawn(windows, dark)
+        _words(ahead),
+        draw_images([ahead_picture(ahead, *beside)], dark),
+        draw_images([errors], dark),
+        draw_images(windows, dark),
     )
 
 
@@ -229,7 +232,7 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = kept(folder)
+        came = known_verification(folder)
         if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from ..report.keys import matters, read_value, shown_value, switches
-from .draft import Draft, Field, Part, growing_lists, parts_of
+from .draft import Draft, Field, Part, list_sections, parts_of
 from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")
@@ -118,7 +118,7 @@ class Form:
 
     def _adding(self) -> None:
         with ui.row().classes("gap-2 pt-2"):
-            for each in growing_lists():
+            for each in list_sections():
                 kind = "jonswap" if "jonswap" in each.kinds else ""
                 ui.button(
                     f"Add {each.label.lower().removesuffix('s')}" if each.label != "Waves" else "Add waves",

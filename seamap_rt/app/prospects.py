@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import db
-from ..design_outlook import Likely, likely
+from ..design_outlook import Outlook, estimate_outlook
 from ..design_outlook.strips import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
@@ -57,7 +57,7 @@ class Prospects:
     ahead: the outlook, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
     """
 
-    ahead: Likely | None
+    ahead: Outlook | None
     why_not: str
     ahead_ground_m: Array  # (range of ahead,)
     figures: tuple[
@@ -132,9 +132,9 @@ def _visible(law: Callable[[Array], Array], slant: Array, height_m: float, slope
     return law(np.tan(grazing) / (np.sqrt(2.0) * slope))
 
 
-def _outlook(scene: Scene) -> tuple[Likely | None, str]:
+def _outlook(scene: Scene) -> tuple[Outlook | None, str]:
     try:
-        return likely(scene), ""
+        return estimate_outlook(scene), ""
     except (InputError, ValueError) as refusal:
         return None, str(refusal)
 
@@ -143,7 +143,7 @@ Figures = Iterator[tuple[str, str, float, str, int, int]]
 
 
 def _figures(
-    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: Likely | None
+    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: Outlook | None
 ) -> Figures:
     if ahead is not None and ahead.figures["reach_m"] is not None:
         yield "reach", "Measures waves out to", float(ahead.figures["reach_m"]), "m", 0, 1

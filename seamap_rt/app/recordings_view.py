@@ -12,7 +12,7 @@ from ..io.recorded import ARRAYS
 from ..io.recording_header import RecordingHeader
 from .runs import free_name
 from .safety import safe_name
-from .uploads import KINDS, MB, kept, upload_button
+from .uploads import KINDS, MB, list_uploads, upload_button
 from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class RecordingsPanel:
     def fill(self) -> None:
         """What is there to be chosen."""
         for kind, made in (("recording", self._recording), ("header", self._header)):
-            there = {str(each): each.name for each in kept(self.page.server.roots, kind)}
+            there = {str(each): each.name for each in list_uploads(self.page.server.roots, kind)}
             made.set_options(there, value=made.value if made.value in there else None)
 
     def _other_names(self) -> dict[str, str]:

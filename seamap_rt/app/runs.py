@@ -225,7 +225,7 @@ class RunsView:
         await self._find()
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         ui.timer(0.01, self.enter_async, once=True)
 
     def _look(self) -> None:

@@ -17,7 +17,7 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .maps_panel import MapsPanel
-from .pictures import Shown
+from .pictures import MapPanels
 from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
@@ -91,7 +91,7 @@ class SeeView:
     # ------------------------------------------------------------------------------------------------- the run
 
     def enter(self) -> None:
-        """Shown again, perhaps with another run."""
+        """MapPanels again, perhaps with another run."""
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
@@ -275,7 +275,7 @@ class SeeView:
         scene = self.source.scene if self.source is not None else None
         return max(scene.turns if scene is not None else 0, len(self._turns))
 
-    def _show_maps(self, shown: Shown, view: str) -> None:
+    def _show_maps(self, shown: MapPanels, view: str) -> None:
         self._place_shown(self._maps_place)
         key = (self.tab.run, view, self.page.dark)
         if key == self._shown_key:

@@ -23,7 +23,7 @@ from . import drawing
 from .prospects_view import number
 from .results import Results
 from .runs import address
-from .widgets import Image, Images, choice, drawn, tile
+from .widgets import Image, Images, choice, draw_images, tile
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -88,7 +88,7 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Gau
     east, north = (float(gauge[each]) for each in ("east", "north"))
     place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
     picture = gauge_picture(names.index(name), name, gauge, source.results.turns()[turn])
-    return GaugeView(names, name, place, drawn([replace(picture, name="gauge")], dark), judge_one(gauge))
+    return GaugeView(names, name, place, draw_images([replace(picture, name="gauge")], dark), judge_one(gauge))
 
 
 class GaugePanel:
@@ -182,7 +182,7 @@ def shadowing_of(folder: Path, look: str, dark: bool) -> tuple[str, list[Image]]
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return in_words(data, look), drawn([picture], dark)
+    return in_words(data, look), draw_images([picture], dark)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:

@@ -220,7 +220,7 @@ class TradeView:
         return key, values
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._count = -1
         self._counted()
         ui.timer(0.01, self._enter, once=True)

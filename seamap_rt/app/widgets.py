@@ -50,7 +50,7 @@ def tile(words: str) -> tuple[ui.label, ui.row]:
         return ui.label(words).classes("text-xs opacity-80"), ui.row().classes("items-baseline gap-1")
 
 
-def drawn(pictures: Iterable[Picture], dark: bool) -> list[Image]:
+def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
     """Draw, for a light or a dark page; some tenths of a second each."""
     return [each.image(dark) for each in pictures]
 
