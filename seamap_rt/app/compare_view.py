@@ -22,11 +22,10 @@ from .curve_panels import range_pictures
 from .draft import flat
 from .maps_panel import MapsPanel
 from .pictures import MapPanels, Panel, Scale, ground_raster
-from .prospects_view import number
 from .results import Results
 from .runs import find_runs
 from .views import Source
-from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, slider, tile
+from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
 if TYPE_CHECKING:
     from .page import Page

@@ -20,10 +20,9 @@ from ..report.page_elements import Picture
 from ..studies.shadowing import RADAR_LEVEL_DB
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing
-from .prospects_view import number
 from .results import Results
 from .runs import address
-from .widgets import Image, Images, choice, draw_images, tile
+from .widgets import Image, Images, choice, draw_images, number, tile
 
 if TYPE_CHECKING:
     from .see_view import SeeView

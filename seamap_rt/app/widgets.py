@@ -6,11 +6,13 @@ A figure of the report is drawn in a process that draws, and shown as the same i
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 from nicegui import ui
 
+from ..conventions import written
 from ..report.page_elements import Image, Picture
 
 
@@ -48,6 +50,11 @@ def tile(words: str) -> tuple[ui.label, ui.row]:
     """A figure under its words: these, and the row in which it is to stand."""
     with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
         return ui.label(words).classes("text-xs opacity-80"), ui.row().classes("items-baseline gap-1")
+
+
+def number(value: float, digits: int) -> str:
+    """As `written`, with separators from ten thousand on."""
+    return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
 
 
 def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
