@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from nicegui import ui
 from numpy.typing import NDArray
 from scipy.special import stdtrit
@@ -232,42 +233,28 @@ def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str
 
     turn: by its place, of both. OSError, IndexError where a run has no such turn.
     """
-    fields = [_fields(each, turn) for each in (first, second)]
-    x, y = first.layout.x, first.layout.y
-    onto = _nearest(second.layout.x, x), _nearest(second.layout.y, y)
-    moved = {name: _laid(values, *onto) for name, values in fields[1].items()}
-    both = (fields[0], moved)
-    seen = np.any([np.isfinite(each["seen"]) for each in both], axis=0)
-    raster = ground_raster(x, y, seen)
-    height = _scale([each["height"] for each in both], "Height (m)")
+    one, other = (_fields(each, turn) for each in (first, second))
+    x, y, cell = one["x"].values, one["y"].values, float(np.diff(other["x"].values[:2]).max(initial=0.0)) or 1.0
+    both = one, other.reindex(x=x, y=y, method="nearest", tolerance=cell)
+    raster = ground_raster(x, y, np.any([each["seen"].notnull() for each in both], axis=0))
+    values = [each["height"].values for each in both]
+    height = _scale(values, "Height (m)")
     panels = [Panel(f"{name}: retrieved height", height) for name in names]
-    values = [each["height"] for each in both]
     if all("error" in each for each in both):
-        error = _scale([each["error"] for each in both], "Error (m)")
+        errors = [each["error"].values for each in both]
+        error = _scale(errors, "Error (m)")
         panels += [Panel(f"{name}: error", error, 3) for name in names]
-        values += [each["error"] for each in both]
+        values += errors
     return MapPanels.of(panels, raster, values)
 
 
-def _fields(source: Source, turn: int) -> dict[str, Array]:
-    height = source.results.field("maps/ground/height", turn)
-    found = {"height": height, "seen": source.results.field("maps/ground/time", turn)}
+def _fields(source: Source, turn: int) -> xr.Dataset:
+    field, over = source.results.field, ("y", "x")
+    height = field("maps/ground/height", turn)
+    found = {"height": (over, height), "seen": (over, field("maps/ground/time", turn))}
     if source.results.has_truth:
-        found["error"] = height - source.results.field("truth/ground/height", turn)
-    return found
-
-
-def _nearest(centres: Array, wanted: Array) -> NDArray[np.intp]:
-    """Of each wanted place the nearest centre; −1 where it is farther away than a cell."""
-    step = float(abs(centres[1] - centres[0])) if centres.size > 1 else 1.0
-    place = np.rint((wanted - centres[0]) / (centres[1] - centres[0] if centres.size > 1 else 1.0)).astype(np.intp)
-    inside = np.clip(place, 0, centres.size - 1)
-    return np.where(np.abs(centres[inside] - wanted) <= step, inside, -1)
-
-
-def _laid(values: Array, columns: NDArray[np.intp], rows: NDArray[np.intp]) -> Array:
-    found = values[np.ix_(np.maximum(rows, 0), np.maximum(columns, 0))]
-    return np.where((rows >= 0)[:, None] & (columns >= 0)[None, :], found, np.nan)
+        found["error"] = over, height - field("truth/ground/height", turn)
+    return xr.Dataset(found, {"x": source.layout.x, "y": source.layout.y})
 
 
 def _scale(fields: list[Array], words: str) -> Scale:

@@ -15,7 +15,6 @@ from . import figures
 from .draft import MOST_TOML, Draft
 from .figures import Figure
 from .form import Form
-from .runs import free_name
 from .safety import safe_name
 from .uploads import save_upload
 from .widgets import choice, flat_button, number, round_button, tile
@@ -196,8 +195,7 @@ class DesignView:
         from .prospects import run_seconds
 
         scene = draft.scene
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, f"{scene.name}-{scene.seed}", taken)
+        folder = server.free_folder(f"{scene.name}-{scene.seed}")
         words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
         title = scene.title or scene.name
         server.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))

@@ -10,7 +10,6 @@ from nicegui import ui
 from ..errors import InputError
 from ..io.recorded import ARRAYS
 from ..io.recording_header import RecordingHeader
-from .runs import free_name
 from .safety import safe_name
 from .uploads import KINDS, MB, list_uploads, upload_button
 from .widgets import choice, flat_button
@@ -95,8 +94,7 @@ class RecordingsPanel:
         words += ["--header", str(self._header.value)] if self._header.value else []
         words += [word for array, name in names.items() for word in ("--name", f"{array}={name}")]
         words += ["--even-if-wrong"] if self._wrong.value else []
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, safe_name(Path(recording).stem, "recording"), taken)
+        folder = server.free_folder(safe_name(Path(recording).stem, "recording"))
         server.queue.add(f"maps from {Path(recording).name}", folder, "", [*words, "--out", "{out}"])
         self.page.see(folder)
 

@@ -116,15 +116,6 @@ def headline_of(folder: Path) -> str:
         return ""
 
 
-def free_name(runs: Path, wanted: str, taken: set[str]) -> str:
-    """A folder's name that nobody has: the wanted one, or with a number."""
-    number, name = 2, wanted
-    while (runs / name).exists() or name in taken:
-        name = f"{wanted}-{number}"
-        number += 1
-    return name
-
-
 _TYPES = {  # a page of ours is shown, the others are saved
     ".html": "text/html; charset=utf-8",
     ".nc": "application/x-netcdf",
@@ -281,8 +272,7 @@ class RunsView:
 
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""
-        taken = {job.folder for job in self.queue.jobs() if not job.over}
-        folder = free_name(self.page.server.roots.runs, f"{name}-maps", taken)
+        folder = self.page.server.free_folder(f"{name}-maps")
         echoes = self.page.server.roots.run(name) / "echoes.zarr"
         self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
 

@@ -25,7 +25,7 @@ from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .draft import Field, parts_of
 from .prospects import run_seconds
-from .runs import address, duration, find_runs, free_name, products_of
+from .runs import address, duration, find_runs, products_of
 from .safety import Roots, safe_name
 from .widgets import choice, flat_button
 
@@ -275,8 +275,7 @@ class TradeView:
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, f"{scene.name}-trade", taken)
+        folder = server.free_folder(f"{scene.name}-trade")
         guess = count * run_seconds(scene) / 2.0
         server.queue.add(
             ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
