@@ -17,6 +17,7 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.ndimage import map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
@@ -122,13 +123,8 @@ def _rays(look_deg: float) -> tuple[Array, Array, Array]:
 
 def _bilinear(values: Any, x: Array, y: Array, east: Array, north: Array) -> Array:
     """Of a field (y, x) on even cells; 0 outside."""
-    column, row = (east - x[0]) / (x[1] - x[0]), (north - y[0]) / (y[1] - y[0])
-    inside = (column >= 0.0) & (column <= x.size - 1) & (row >= 0.0) & (row <= y.size - 1)
-    left, low = (np.clip(each.astype(np.intp), 0, size - 2) for each, size in ((column, x.size), (row, y.size)))
-    part, up = column - left, row - low
-    below = values[low, left] * (1.0 - part) + values[low, left + 1] * part
-    above = values[low + 1, left] * (1.0 - part) + values[low + 1, left + 1] * part
-    return np.where(inside, below * (1.0 - up) + above * up, 0.0)
+    place = np.stack([(north - y[0]) / (y[1] - y[0]), (east - x[0]) / (x[1] - x[0])])
+    return map_coordinates(np.asarray(values, dtype=np.float64), place, order=1)
 
 
 def _water(sight: Array, rise_x: Array, rise_y: Array, to_sun: Array) -> Array:
