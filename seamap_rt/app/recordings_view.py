@@ -50,7 +50,7 @@ class RecordingsPanel:
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""
         with ui.row().classes("w-full items-center no-wrap gap-1"):
-            made = choice(label, f"choose-{kind}", width="grow min-w-0", clearable=kind == "header")
+            made = choice(label, f"choose-{kind}", width="all", clearable=kind == "header")
 
             def taken(path: Path) -> None:
                 self.fill()

@@ -201,7 +201,7 @@ class TradeView:
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
-            self._point = choice("Point", "trade-point", width="w-96 max-w-full", on_change=self._point_chosen)
+            self._point = choice("Point", "trade-point", width="wide", on_change=self._point_chosen)
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
             flat_button("Use these values in Design", icon="edit", on_click=self._into_design, mark="trade-design")

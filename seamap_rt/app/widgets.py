@@ -16,16 +16,20 @@ from ..conventions import written
 from ..report.page_elements import Image, Picture
 
 
-def choice(label: str, mark: str = "", options: Any = None, width: str = "w-64 max-w-full", **more: Any) -> ui.select:
+_WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
+
+
+def choice(label: str, mark: str = "", options: Any = None, width: str = "usual", **more: Any) -> ui.select:
     """A list to choose from. more: of `ui.select`."""
     made = ui.select({} if options is None else options, label=label, **more).mark(mark)
-    return made.props("dense outlined options-dense").classes(width)
+    return made.props("dense outlined options-dense").classes(_WIDTHS[width])
 
 
 def slider(words: str, mark: str, changed: Callable[..., Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
     """Whole numbers; words: for who does not see it."""
     made = ui.slider(min=least, max=most, value=at, step=1, on_change=changed).classes("grow min-w-0 mx-2").mark(mark)
-    return made.props(f'label aria-label="{words}"')
+    made.props("label").props["aria-label"] = words
+    return made
 
 
 def count_on(made: ui.slider, count: int) -> None:
