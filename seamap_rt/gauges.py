@@ -260,7 +260,7 @@ def gauge_series(
     if sea is not None:
         rate = gauges[0].sample_hz
         coords["time"] = np.concatenate([sample_times(int(turn), period, rate) for turn in turns])
-        values["true_height"] = sea.known_elevation(points[:, :1], points[:, 1:], coords["time"])
+        values["true_height"] = sea.judge.elevation(points[:, :1], points[:, 1:], coords["time"])
         values["seen_true_height"] = _where_known(sea, points, values["seen_time"])
     if truth is not None:
         ground = truth["ground"].to_dataset()
@@ -306,7 +306,7 @@ def _where_known(sea: Sea, points: Array, time: Array) -> Array:
     known = np.isfinite(time)
     east, north = (np.broadcast_to(points[:, axis, None], time.shape)[known] for axis in (0, 1))
     height = np.full(time.shape, np.nan)
-    height[known] = sea.known_elevation(east, north, time[known])
+    height[known] = sea.judge.elevation(east, north, time[known])
     return height
 
 

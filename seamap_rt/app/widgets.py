@@ -15,7 +15,6 @@ from nicegui import ui
 from ..conventions import written
 from ..report.page_elements import Image, Picture
 
-
 _WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
 
 

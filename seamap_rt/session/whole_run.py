@@ -102,7 +102,7 @@ class ForecastSink:
         values = {
             "reconstructed": field.elevation_alone(east, north, moment).reshape(shape),
             "stated": stated,
-            "true": self._simulator.sea.known_elevation(east, north, moment).reshape(shape),
+            "true": self._simulator.sea.judge.elevation(east, north, moment).reshape(shape),
         }
         return xr.Dataset({name: (("y", "x"), each) for name, each in values.items()}, {"x": x, "y": y})
 
