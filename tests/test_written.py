@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.app.prospects_view import number
+from seamap_rt.app.design_view import number
 from seamap_rt.conventions import written
 from seamap_rt.report.page_elements import digits, metres, percent
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import resource
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from ..settings import ObjectSettings
@@ -20,6 +22,22 @@ _ANY_RADAR = {  # beside which the arrays of a recording are read: its own heade
     "frequency_hz": 10e9, "pulse_width_s": 20e-9, "bandwidth_hz": 50e6, "height_m": 5.0, "baseline_m": 0.2,
     "azimuth_beamwidth_deg": 1.8, "elevation_beamwidth_deg": 18.0, "first_gate_m": 15.0, "gate_m": 1.5,
 }  # fmt: skip
+
+
+_READERS: dict[str, tuple[str, str, Callable[[Any, Path, Any], Any]]] = {  # where it is, and how it is called
+    "spectrum": ("io.spectrumfile", "read_directional_spectrum", lambda read, path, _: read(path)),
+    "sea": ("io.recorded_sea", "recorded_sea", lambda read, path, _: read(str(path)).elevation(0)),
+    "pattern": ("io.patternfile", "read_pattern", lambda read, path, _: read(path)),
+    "motion": ("io.motionfile", "read_motion", lambda read, path, _: read(path)),
+    "vessel": ("prediction", "read_capytaine", lambda read, path, _: read(path)),
+    "mesh": ("io.meshfile", "load_mesh", lambda read, path, _: read(_object(path))),
+    "header": ("io.recording_header", "read_header", lambda read, path, _: read(path)),
+    "recording": ("io.recorded", "read_recording", lambda read, path, names: read(path, _ANY_RADAR, names)),
+}
+
+
+def _object(path: Path) -> ObjectSettings:
+    return ObjectSettings(mesh=str(path), position_m=(0.0, 100.0, 0.0))
 
 
 def check(kind: str, path: Path, names: Mapping[str, str] | None = None) -> None:
@@ -34,40 +52,11 @@ def check(kind: str, path: Path, names: Mapping[str, str] | None = None) -> None
 
 
 def _read(kind: str, path: Path, names: Mapping[str, str] | None) -> None:
-    if kind == "spectrum":
-        from ..io.spectrumfile import read_directional_spectrum
-
-        read_directional_spectrum(path)
-    elif kind == "sea":
-        from ..io.recorded_sea import recorded_sea
-
-        recorded_sea(str(path)).elevation(0)
-    elif kind == "pattern":
-        from ..io.patternfile import read_pattern
-
-        read_pattern(path)
-    elif kind == "motion":
-        from ..io.motionfile import read_motion
-
-        read_motion(path)
-    elif kind == "vessel":
-        from ..prediction import read_capytaine
-
-        read_capytaine(path)
-    elif kind == "mesh":
-        from ..io.meshfile import load_mesh
-
-        load_mesh(ObjectSettings(mesh=str(path), position_m=(0.0, 100.0, 0.0)))
-    elif kind == "header":
-        from ..io.recording_header import read_header
-
-        read_header(path)
-    elif kind == "recording":
-        from ..io.recorded import read_recording
-
-        read_recording(path, _ANY_RADAR, names)
-    else:
+    if kind not in _READERS:
         raise InputError(f"{kind}: no kind of upload")
+    module, name, read = _READERS[kind]
+    reader = getattr(import_module(f"..{module}", __package__), name)  # none of the others is loaded
+    read(reader, path, names)
 
 
 def main() -> int:

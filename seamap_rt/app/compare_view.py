@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from nicegui import ui
 from numpy.typing import NDArray
 from scipy.special import stdtrit
@@ -21,12 +22,11 @@ from . import drawing
 from .curve_panels import range_pictures
 from .draft import flat
 from .maps_panel import MapsPanel
-from .pictures import Panel, Scale, Shown, ground_raster
-from .prospects_view import number
+from .pictures import MapPanels, Panel, Scale, ground_raster
 from .results import Results
 from .runs import find_runs
 from .views import Source
-from .widgets import Canvas, Image, Images, drawn, grey_of
+from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
 if TYPE_CHECKING:
     from .page import Page
@@ -213,7 +213,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),
-        drawn(range_pictures(errors), dark),
+        draw_images(range_pictures(errors), dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
         judge(squares(first), squares(second)) if known else [],
@@ -221,54 +221,40 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
 
 
 class Comparison(NamedTuple):
-    shown: Shown
+    shown: MapPanels
     images: list[Image]
     figures: list[Figure]
     differ: str
     judged: list[RangeVerdict]
 
 
-def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> Shown:
+def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> MapPanels:
     """Retrieved heights of both on one scale and, where the truth is known, both errors on another.
 
     turn: by its place, of both. OSError, IndexError where a run has no such turn.
     """
-    fields = [_fields(each, turn) for each in (first, second)]
-    x, y = first.layout.x, first.layout.y
-    onto = _nearest(second.layout.x, x), _nearest(second.layout.y, y)
-    moved = {name: _laid(values, *onto) for name, values in fields[1].items()}
-    both = (fields[0], moved)
-    seen = np.any([np.isfinite(each["seen"]) for each in both], axis=0)
-    raster = ground_raster(x, y, seen)
-    height = _scale([each["height"] for each in both], "Height (m)")
+    one, other = (_fields(each, turn) for each in (first, second))
+    x, y, cell = one["x"].values, one["y"].values, float(np.diff(other["x"].values[:2]).max(initial=0.0)) or 1.0
+    both = one, other.reindex(x=x, y=y, method="nearest", tolerance=cell)
+    raster = ground_raster(x, y, np.any([each["seen"].notnull() for each in both], axis=0))
+    values = [each["height"].values for each in both]
+    height = _scale(values, "Height (m)")
     panels = [Panel(f"{name}: retrieved height", height) for name in names]
-    values = [each["height"] for each in both]
     if all("error" in each for each in both):
-        error = _scale([each["error"] for each in both], "Error (m)")
+        errors = [each["error"].values for each in both]
+        error = _scale(errors, "Error (m)")
         panels += [Panel(f"{name}: error", error, 3) for name in names]
-        values += [each["error"] for each in both]
-    return Shown.of(panels, raster, values)
+        values += errors
+    return MapPanels.of(panels, raster, values)
 
 
-def _fields(source: Source, turn: int) -> dict[str, Array]:
-    height = source.results.field("maps/ground/height", turn)
-    found = {"height": height, "seen": source.results.field("maps/ground/time", turn)}
+def _fields(source: Source, turn: int) -> xr.Dataset:
+    field, over = source.results.field, ("y", "x")
+    height = field("maps/ground/height", turn)
+    found = {"height": (over, height), "seen": (over, field("maps/ground/time", turn))}
     if source.results.has_truth:
-        found["error"] = height - source.results.field("truth/ground/height", turn)
-    return found
-
-
-def _nearest(centres: Array, wanted: Array) -> NDArray[np.intp]:
-    """Of each wanted place the nearest centre; −1 where it is farther away than a cell."""
-    step = float(abs(centres[1] - centres[0])) if centres.size > 1 else 1.0
-    place = np.rint((wanted - centres[0]) / (centres[1] - centres[0] if centres.size > 1 else 1.0)).astype(np.intp)
-    inside = np.clip(place, 0, centres.size - 1)
-    return np.where(np.abs(centres[inside] - wanted) <= step, inside, -1)
-
-
-def _laid(values: Array, columns: NDArray[np.intp], rows: NDArray[np.intp]) -> Array:
-    found = values[np.ix_(np.maximum(rows, 0), np.maximum(columns, 0))]
-    return np.where((rows >= 0)[:, None] & (columns >= 0)[None, :], found, np.nan)
+        found["error"] = over, height - field("truth/ground/height", turn)
+    return xr.Dataset(found, {"x": source.layout.x, "y": source.layout.y})
 
 
 def _scale(fields: list[Array], words: str) -> Scale:
@@ -299,13 +285,10 @@ class CompareView:
         self._shown: tuple[Any, ...] = ()
         with ui.row().classes("w-full items-center gap-2"):
             self._choices = [
-                ui.select({}, label=label, on_change=lambda e, i=i: self._chosen(i, e.value))
-                .props("dense outlined options-dense")
-                .classes("w-64 max-w-full")
-                .mark(f"compare-{label}")
+                choice(label, f"compare-{label}", on_change=lambda e, i=i: self._chosen(i, e.value))
                 for i, label in enumerate("AB")
             ]
-            ui.button("Swap A and B", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
+            flat_button("Swap A and B", icon="swap_horiz", on_click=self._swap)
         self._said = ui.label().classes("text-sm").props("role=status")
         drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")
@@ -317,14 +300,13 @@ class CompareView:
             self._ranges.classes("w-full").mark("compared-ranges")
             with ui.row().classes("w-full items-center no-wrap gap-2"):
                 self._turn = ui.label("Turn").classes("text-sm figure-value whitespace-nowrap")
-                self._slider = ui.slider(min=1, max=2, value=1, step=1).props('label aria-label="Turn"')
-                self._slider.classes("grow mx-2").on_value_change(self._redraw)
+                self._slider = slider("Turn", "compared-turn", self._redraw)
             self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
             self._images = Images(columns=True)
         self._body.set_visibility(False)
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._shown = ()
         ui.timer(0.01, self._enter, once=True)
 
@@ -340,8 +322,8 @@ class CompareView:
         if self.tab.other not in names or self.tab.other == self.tab.run:
             self.tab.other = next(name for name in names if name != self.tab.run)
         self._filling = True
-        for choice, value in zip(self._choices, (self.tab.run, self.tab.other), strict=True):
-            choice.set_options({name: name for name in names}, value=value)
+        for each, value in zip(self._choices, (self.tab.run, self.tab.other), strict=True):
+            each.set_options({name: name for name in names}, value=value)
         self._filling = False
         await self._draw()
 
@@ -384,9 +366,7 @@ class CompareView:
         made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
         self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
         self._body.set_visibility(True)
-        self._slider.props["max"] = max(count, 2)
-        self._slider.set_enabled(count > 1)
-        self._slider.update()
+        count_on(self._slider, count)
         self._turn.set_text(turn_name(turn, count))
         if not whole:
             self._maps.frame(made.shown)
@@ -403,8 +383,7 @@ class CompareView:
             if not rows:
                 ui.label("Figures follow when both runs have ended.").classes("text-sm")
             for row in rows:
-                with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-                    ui.label(f"{row.words}{f' ({row.unit})' if row.unit else ''}").classes("text-xs opacity-80")
+                with tile(f"{row.words}{f' ({row.unit})' if row.unit else ''}")[1]:
                     first, second = (
                         "—" if each is None else number(each, row.digits) for each in (row.first, row.second)
                     )

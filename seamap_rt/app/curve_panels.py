@@ -28,7 +28,7 @@ from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import drawing, figures
 from .figures import Figure
 from .views import Section, Source
-from .widgets import Image, Images, drawn
+from .widgets import Image, Images, draw_images, slider
 
 if TYPE_CHECKING:
     from .prospects import Prospects
@@ -154,9 +154,8 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            self.slider = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360)
-            self.slider.props('label aria-label="Azimuth of the look"').classes("grow").mark("azimuth")
-            self.slider.on_value_change(lambda e: view.set_azimuth(float(e.value or 0.0)))
+            turned = lambda e: view.set_azimuth(float(e.value or 0.0))  # noqa: E731
+            self.slider = slider("Azimuth of the look", "azimuth", turned, 0, 359, round(view.azimuth) % 360)
         self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full")
         self.plot.mark("section")
 
@@ -226,7 +225,7 @@ class RangePanel:
 
 def by_range_of(source: Source, turn: int, dark: bool) -> list[Image]:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return drawn(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
+    return draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
 
 
 def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -284,7 +283,7 @@ class StatePanel:
 
 def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, list[Image]]:
     """The wave height turn by turn; of the spectra of the turns up to one what is missing, and their figure."""
-    heights, found = drawn(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
+    heights, found = draw_images(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
     if found.retrieved is None and found.true is None:
         return heights, found.why, []
     law = source.expected()
@@ -294,7 +293,7 @@ def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, l
         of_scene = law.spectrum.frequency, law.spectrum.density.sum(axis=1) * step
     turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
     words = f"Of {turns}, in the frame of the water."
-    return heights, found.why, drawn([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
+    return heights, found.why, draw_images([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
 
 
 def _why_no_state(source: Source) -> str:

@@ -6,19 +6,24 @@ import asyncio
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
+from . import figures
 from .draft import MOST_TOML, Draft
+from .figures import Figure
 from .form import Form
-from .prospects_view import ProspectsView
-from .runs import free_name
 from .safety import safe_name
-from .uploads import keep
+from .uploads import save_upload
+from .widgets import choice, flat_button, number, round_button, tile
 
 if TYPE_CHECKING:
+    from ..scene import Scene
     from .page import Page
+    from .prospects import Prospects, Spectrum
+
 
 _AFTER_S = 0.06  # so that figures are painted before graphs are drawn
 _MOST_FILE = 32 * 2**20  # of a spectrum, a pattern, a motion or a mesh
@@ -32,12 +37,11 @@ class DesignView:
         self._asked = 0
         self._models = False  # loaded, of what a design is likely to do
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = ui.select(self._starts(), value=None, label="Begin with", on_change=self._start)
-            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("start")
+            self._choice = choice("Begin with", "start", self._starts(), value=None, on_change=self._start)
             ui.button("Run", icon="play_arrow", on_click=self._run).props("no-caps").mark("run")
             self._predict = ui.checkbox("forecast too").props("dense").mark("predict")
-            ui.button("Undo", icon="undo", on_click=self._undo).props("flat dense no-caps").mark("undo")
-            ui.button("Keep to compare", icon="push_pin", on_click=self._pin).props("flat dense no-caps").mark("pin")
+            flat_button("Undo", icon="undo", on_click=self._undo, mark="undo")
+            flat_button("Keep to compare", icon="push_pin", on_click=self._pin, mark="pin")
             self._said = ui.label().classes("text-sm").props("role=status")
         self._answer = ui.label().classes("font-bold").mark("answer").props("aria-live=polite")
         with ui.element("div").classes("w-full grid gap-4 grid-cols-1 lg:grid-cols-[minmax(340px,27rem)_1fr]"):
@@ -49,7 +53,7 @@ class DesignView:
         self._new_form()
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._changed("")
 
     def take_over(self) -> None:
@@ -146,11 +150,10 @@ class DesignView:
         ui.label("The same run on a command line:").classes("text-sm")
         with ui.row().classes("w-full no-wrap items-center"):
             self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
-            ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(self._command.text)).props(
-                'flat dense round aria-label="Copy the command"'
-            )
+            copy = lambda: ui.clipboard.write(self._command.text)  # noqa: E731
+            round_button("Copy the command", icon="content_copy", on_click=copy)
         with ui.row().classes("gap-2"):
-            ui.button("Download", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
+            flat_button("Download", icon="download", on_click=self._save, mark="save")
             ui.upload(
                 label="Load a scene (TOML), or a file that another needs beside it",
                 auto_upload=True,
@@ -177,7 +180,7 @@ class DesignView:
                 self._take(Draft.of_toml(content, self.page.server.roots, name))
                 self._said.set_text(f"{name} is loaded.")
                 return
-            path = await asyncio.to_thread(keep, self.page.server.roots, "beside", name, content)
+            path = await asyncio.to_thread(save_upload, self.page.server.roots, "beside", name, content)
             self._said.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
         except (InputError, OSError) as refusal:
             self._said.set_text(str(refusal))
@@ -192,8 +195,7 @@ class DesignView:
         from .prospects import run_seconds
 
         scene = draft.scene
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, f"{scene.name}-{scene.seed}", taken)
+        folder = server.free_folder(f"{scene.name}-{scene.seed}")
         words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
         title = scene.title or scene.name
         server.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))
@@ -207,3 +209,216 @@ def _about(draft: Draft, title: str) -> str:
     changed: dict[str, Any] = draft.changed
     told = ", ".join(f"{key} = {value}" for key, value in list(changed.items())[:4])
     return f"{title} ({told})" if told else title
+
+
+_FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
+COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better and worse
+_GRAPHS = ("visible", "error", "snr", "beam", "spectrum", "cycle")
+
+
+class ProspectsView:
+    """Tiles and graphs of the design at hand; made once, and filled anew with each change. said: for the answer."""
+
+    def __init__(self, page: Page, said: ui.label) -> None:
+        self.page, self._said = page, said
+        self._shown: dict[str, _Tile] = {}
+        self._plots: dict[str, ui.plotly] = {}
+        self._body = ui.column().classes("w-full gap-2").mark("prospects")
+        with self._body:
+            self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
+            self._graphs = ui.element("div").classes("w-full grid gap-2 grid-cols-1 md:grid-cols-2 2xl:grid-cols-3")
+            self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
+
+    def dim(self, refused: bool) -> None:
+        """Nothing is known of a design that is refused: the last one's figures stay, pale."""
+        if refused:
+            self._said.set_text("This design is refused: mend what is marked, and its consequences follow.")
+            self._body.classes(add="opacity-50")
+
+    def refuse(self, words: str) -> None:
+        """A design that stands, and of which nothing can be told."""
+        self._said.set_text(words)
+        self._body.classes(add="opacity-50")
+
+    def show(self, found: Prospects, scene: Scene, beside: Prospects | None, name: str) -> None:
+        """Fill all; beside: of the kept design, with its name."""
+        self._body.classes(remove="opacity-50")
+        self._said.set_text(_sentence(found, scene) + (f" Beside it, dashed: {name}." if beside else ""))
+        then = beside.values if beside else {}
+        if set(self._shown) != {key for key, *_ in found.figures}:
+            self._make_tiles(found)
+        pace = self.page.server.queue.pace("run")
+        self._shown["seconds"].words.set_text("A run takes about" if pace else "A run takes (guessed)")
+        for key, _, value, _, digits, better in found.figures:
+            scale = pace or 1.0 if key == "seconds" else 1.0
+            before = then.get(key)
+            self._shown[key].fill(scale * value, digits, None if before is None else scale * before, better)
+
+    def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
+        """Fill the graphs, which take the browser longer than the figures do."""
+        made = _graphs(found, beside, scene, self.page.dark)
+        if not self._plots:  # not before: the browser loads the graphs' code, and shows no form meanwhile
+            with self._graphs:
+                self._plots = {name: ui.plotly(made[name]).classes("w-full").mark(f"graph-{name}") for name in _GRAPHS}
+            return
+        for graph, figure in made.items():
+            self._plots[graph].update_figure(figure)
+
+    def _make_tiles(self, found: Prospects) -> None:
+        self._shown.clear()
+        self._tiles.clear()
+        self._more.clear()
+        with self._more:
+            others = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-3")
+        for key, words, _, unit, _, _ in found.figures:
+            with self._tiles if key in _FIRST else others:
+                self._shown[key] = _Tile(key, words, unit)
+
+
+class _Tile:
+    """One figure, and how far it is from the kept design's."""
+
+    def __init__(self, key: str, words: str, unit: str) -> None:
+        self.words, row = tile(words)
+        with row:
+            self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
+            ui.label(unit).classes("text-xs")
+            self._change = ui.label().classes("text-xs figure-value").mark(f"change-{key}")
+
+    def fill(self, value: float, digits: int, before: float | None, better: int) -> None:
+        """better: 1 where more is, −1 where less is, 0 of neither."""
+        self._value.set_text(number(value, digits))
+        change = 0.0 if before is None else value - before
+        if not abs(change) > 0.5 * 10.0**-digits:
+            self._change.set_text("")
+            return
+        good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
+        sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
+        self._change.set_text(f"{sign}{change:+.{digits}f}")
+        self._change.classes(replace="text-xs figure-value").classes(COLOURS[good])
+
+
+def _sentence(found: Prospects, scene: Scene) -> str:
+    """What a boss reads."""
+    told = found.values
+    if not scene.sea.waves or told["hs"] <= 0.0:
+        return "A flat sea: nothing hides, and nothing is there to be measured."
+    if "reach" not in told:
+        return found.why_not or "Nothing is told of this design before it is run."
+    if told["reach"] <= 0.0:
+        return "This radar would hardly measure this sea: its heights are no better than the mean level at any range."
+    more = "more than " if found.ahead is not None and found.ahead.figures["reach_to_the_end"] else ""
+    left = found.ahead.left_out if found.ahead is not None else ""
+    error = f", their height to about ± {100.0 * told['error']:.0f} cm" if told.get("error", 0.0) > 0.0 else ""
+    return (
+        f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
+        f"{told['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
+    )
+
+
+# ------------------------------------------------------------------------------------------------------ graphs
+
+
+def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> dict[str, Figure]:
+    across = figures.axis("Ground range (m)", dark, range=[0, float(found.ground_m[-1])])
+    both = [(found, "solid", ""), *([(beside, "dash", ", kept")] if beside else [])]
+
+    def against_range(title: str, unit: str, curves, **y: object) -> Figure:
+        look = figures.layout(dark, title, xaxis=across, yaxis=figures.axis(unit, dark, **y), margin=_margin())
+        return figures.figure(curves, look)
+
+    def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Figure]:
+        return [
+            figures.line(each.ahead_ground_m, factor * each.ahead.profile[name], f"{words}{tail}", colour, dash=dash)
+            for each, dash, tail in both
+            if each.ahead is not None
+        ]
+
+    def curves(name: str, words: str, colour: str) -> list[Figure]:
+        return [
+            figures.line(each.ground_m, getattr(each, name), f"{words}{tail}", colour, dash=dash)
+            for each, dash, tail in both
+        ]
+
+    visible = [
+        *ahead("visible_fraction", "in sight", figures.BLUE, 100.0),
+        *ahead("quality", "measured", figures.GREEN, 100.0),
+        figures.line(found.ground_m, 100.0 * found.smith, "Smith 1967", figures.GREY, dash="dot"),
+        figures.line(found.ground_m, 100.0 * found.wagner, "Wagner 1967", figures.SKY, dash="dot"),
+    ]
+    error = ahead("height_error", "of the map", figures.VERMILION)
+    error += curves("noise_error_m", "noise of one dwell", figures.GREY)
+    snr = curves("snr_db", "mean sea", figures.GREEN)
+    cycle = curves("ambiguity_m", "height of a cycle", figures.ORANGE)
+    return {
+        "visible": against_range(
+            "Share of the sea that is in sight, and that is measured", "%", visible, range=[0, 102]
+        ),
+        "error": against_range("Height error", "m", error, type="log", dtick=1, exponentformat="power"),
+        "snr": against_range("One pulse's echo over noise", "dB", snr),
+        "cycle": against_range("Height that a phase cycle is worth", "m", cycle, rangemode="tozero"),
+        "beam": _beam(both, scene, dark),
+        "spectrum": _spectrum(found.spectrum, dark),
+    }
+
+
+def _margin() -> Figure:
+    return {"l": 46, "r": 8, "t": 30, "b": 64}
+
+
+def _beam(both, scene: Scene, dark: bool) -> Figure:
+    curves = [
+        figures.line(each.beam_deg, each.beam_db, f"beam{tail}", figures.BLUE, dash=dash) for each, dash, tail in both
+    ]
+    marks = []
+    for at in (20.0, 50.0, scene.radar.range_m[1]):
+        if at > scene.radar.height_m:
+            angle = -float(np.degrees(np.arcsin(scene.radar.height_m / at)))
+            marks.append({
+                "type": "line", "x0": angle, "x1": angle, "y0": -40, "y1": 0,
+                "line": {"color": figures.GREY, "width": 1, "dash": "dot"},
+                "label": {"text": f"{at:.0f} m", "textposition": "start", "font": {"size": 10}, "textangle": 0},
+            })  # fmt: skip
+    look = figures.layout(
+        dark, "Beam up and down, and where the sea is", shapes=marks, margin=_margin(),
+        xaxis=figures.axis("Elevation (°)", dark, range=[-45, 30]),
+        yaxis=figures.axis("dB under the peak", dark, range=[-40, 1]),
+    )  # fmt: skip
+    return figures.figure(curves, look)
+
+
+def _spectrum(spectrum: Spectrum, dark: bool) -> Figure:
+    """Over the directions that waves come from, north up; frequency grows outwards."""
+    top = float(spectrum.frequency[-1])
+    side = np.linspace(-top, top, 61)
+    east, north = np.meshgrid(side, side)
+    radius, bearing = np.hypot(east, north), np.degrees(np.arctan2(east, north)) % 360.0
+    step = 360.0 / spectrum.direction.size
+    row = np.interp(radius, spectrum.frequency, np.arange(spectrum.frequency.size))
+    density = spectrum.density[
+        np.rint(row).astype(int), (np.rint(bearing / step).astype(int)) % spectrum.direction.size
+    ]
+    density = np.where((radius <= top) & (radius >= spectrum.frequency[0]), density, np.nan)
+    peak = float(np.nanmax(density)) if np.isfinite(density).any() else 0.0
+    data: list[Figure] = []
+    if peak > 0.0:
+        data.append({
+            "type": "heatmap", "x": figures.plain(side, 3), "y": figures.plain(side, 3),
+            "z": figures.plain(density, 3), "colorscale": "Viridis", "zmin": 0.0, "zmax": peak,
+            "colorbar": {"title": {"text": "m²/Hz/°", "side": "right"}, "thickness": 10, "len": 0.9},
+            "hovertemplate": "%{x:.2f} Hz east, %{y:.2f} Hz north: %{z:.3f}<extra></extra>",
+        })  # fmt: skip
+    for frequency, direction, height in spectrum.lines:
+        angle = np.radians(direction)
+        data.append({
+            "type": "scatter", "mode": "markers+text", "x": [float(frequency * np.sin(angle))],
+            "y": [float(frequency * np.cos(angle))], "text": [f"{height:.2g} m"], "textposition": "top center",
+            "marker": {"color": figures.VERMILION, "size": 9}, "showlegend": False,
+        })  # fmt: skip
+    look = figures.layout(
+        dark, "Waves by frequency and the direction they come from", showlegend=False, hovermode="closest",
+        xaxis=figures.axis("Hz, east", dark, range=[-top, top], constrain="domain"),
+        yaxis=figures.axis("Hz, north", dark, range=[-top, top], scaleanchor="x", constrain="domain"),
+        margin={"l": 46, "r": 8, "t": 30, "b": 38}, height=300,
+    )  # fmt: skip
+    return figures.figure(data, look)

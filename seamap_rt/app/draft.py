@@ -52,7 +52,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Growing:
+class ListSection:
     """A list of sections to which one may be added. tag, kinds: the key that says which of several kinds it is."""
 
     path: str
@@ -73,12 +73,12 @@ def parts_of(tree: Mapping[str, Any]) -> list[Part]:
     return list(_parts(schema, schema, "", tree, many=False))
 
 
-def growing_lists() -> list[Growing]:
+def list_sections() -> list[ListSection]:
     """The lists of tables that a scene has."""
     return list(_growing(scene_schema(), ""))
 
 
-def _growing(section: Schema, path: str) -> Iterator[Growing]:
+def _growing(section: Schema, path: str) -> Iterator[ListSection]:
     for name, key in section["properties"].items():
         below = _join(path, name)
         inner = _sections(key)
@@ -87,7 +87,7 @@ def _growing(section: Schema, path: str) -> Iterator[Growing]:
         if key.get("type") == "array":
             tag = key["items"].get("discriminator", {}).get("propertyName", "")
             kinds = tuple(each["properties"][tag]["const"] for each in inner) if tag else ()
-            yield Growing(below, section_label(below), tag, kinds)
+            yield ListSection(below, section_label(below), tag, kinds)
         else:
             yield from _growing(inner[0], below)
 
@@ -134,7 +134,7 @@ def _field(path: str, key: Schema, required: bool) -> Field:
     if leaf in ("file", "mesh"):
         kind = "file"
     elif leaf == "spectrum":
-        kind, choices = "choice", next(each.kinds for each in growing_lists() if each.tag == "spectrum")
+        kind, choices = "choice", next(each.kinds for each in list_sections() if each.tag == "spectrum")
     elif any("enum" in each for each in kinds):
         kind, choices = "choice", tuple(kinds[0]["enum"])
     elif any(each.get("type") == "boolean" for each in kinds):

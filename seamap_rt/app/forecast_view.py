@@ -28,7 +28,7 @@ from ..report.keys import label_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
-from .widgets import Image, Images, drawn
+from .widgets import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -78,14 +78,14 @@ async def verify_forecasts(folder: Path) -> Verification:
     key = _key(folder)
     if key is None:
         raise InputError("no finished forecasts are here")
-    if key not in _KEPT or (_KEPT[key].done() and kept(folder) is None):
+    if key not in _KEPT or (_KEPT[key].done() and known_verification(folder) is None):
         _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return await asyncio.shield(_KEPT[key])
 
 
-def kept(folder: Path) -> Verification | None:
+def known_verification(folder: Path) -> Verification | None:
     """What is known of a folder already."""
     held = _KEPT.get(_key(folder) or ("", 0))
     known = held is not None and held.done() and not held.cancelled() and held.exception() is None
@@ -177,7 +177,7 @@ def words_of(key: str) -> str:
     return label[:1].lower() + label[1:].replace("stays below", "below")
 
 
-class Told(NamedTuple):
+class ForecastView(NamedTuple):
     """A forecast in words and drawn; and how past ones came out, drawn."""
 
     words: str
@@ -186,9 +186,9 @@ class Told(NamedTuple):
     windows: list[Image]
 
 
-def forecast_of(
+def view_forecast(
     folder: Path, number: int, quiet: QuietSettings, came: Verification | None, lead: int, dark: bool
-) -> Told | None:
+) -> ForecastView | None:
     """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
 
     lead: the place of the one at which past forecasts are drawn in time.
@@ -197,13 +197,16 @@ def forecast_of(
     if ahead is None:
         return None
     if came is None:
-        return Told(_words(ahead), drawn([ahead_picture(ahead)], dark), [], [])
+        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark), [], [])
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
     windows = [] if came.windows is None else [window_picture(came.windows, came.told["confidence"])]
-    return Told(
-        _words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), drawn(windows, dark)
+    return ForecastView(
+        _words(ahead),
+        draw_images([ahead_picture(ahead, *beside)], dark),
+        draw_images([errors], dark),
+        draw_images(windows, dark),
     )
 
 
@@ -219,8 +222,7 @@ class ForecastPanel:
             ui.label("How past forecasts came out").classes("text-base font-bold")
             self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
             with ui.column().classes("w-full min-w-0 gap-2") as self._body:
-                self._lead = ui.select({}, label="Forecast so long before", on_change=self._chosen)
-                self._lead.props("dense outlined options-dense").classes("w-56 max-w-full").mark("verified-lead")
+                self._lead = choice("Forecast so long before", "verified-lead", on_change=self._chosen)
                 self._errors = Images()
                 self._called = ui.label().classes("text-sm").mark("windows-words")
                 self._windows = Images()
@@ -230,7 +232,7 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = kept(folder)
+        came = known_verification(folder)
         if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long
@@ -248,7 +250,7 @@ class ForecastPanel:
         if came is not None:
             self._fill_leads(came)
         lead = int(self._lead.value or 0)
-        told = await drawing.slow(forecast_of, folder, number, quiet, came, lead, self.view.page.dark)
+        told = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
         self._past.set_visibility(told is not None)
         if told is None:
             self._words.set_text(
@@ -345,16 +347,14 @@ class IssuesPanel:
         self._folder, self._view = Path(), view
         with ui.row().classes("w-full items-center no-wrap gap-2"):
             ui.label("Forecast").classes("text-sm")
-            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=self._step)
-            self._slider.props('label aria-label="Forecast"').classes("grow mx-2").mark("issue")
+            self._slider = slider("Forecast", "issue", self._step)
         self._panel = ForecastPanel(view)
 
     async def show_folder(self, folder: Path) -> None:
         """Of a folder. OSError, KeyError where it holds no forecasts."""
         self._folder = folder
         self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _issues)
-        self._slider.props["max"] = max(len(self._issues), 2)
-        self._slider.set_enabled(len(self._issues) > 1)
+        count_on(self._slider, len(self._issues))
         self._slider.value = len(self._issues)
         await self._show()
 

@@ -10,39 +10,23 @@ from typing import Any
 from nicegui import ui
 
 from ..report.keys import matters, read_value, shown_value, switches
-from .draft import Draft, Field, Part, growing_lists, parts_of
+from .draft import Draft, Field, Part, list_sections, parts_of
 from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")
-_FIRST = {  # what is asked first; the rest of a section is behind "more"
-    "": ("seed", "turns"),
-    "sea": ("sea.depth_m", "sea.model"),
-    "radar": (
-        "radar.height_m",
-        "radar.baseline_m",
-        "radar.transmit_power_w",
-        "radar.range_m",
-        "radar.sector_deg",
-        "radar.frequency_hz",
-        "radar.rotation_rpm",
-    ),
-    "radar.antenna": ("radar.antenna.azimuth_beamwidth_deg", "radar.antenna.elevation_beamwidth_deg"),
-    "scattering": ("scattering.wind_speed_m_s", "scattering.wind_from_deg", "scattering.polarization"),
-    "platform": ("platform.motion", "platform.speed_m_s", "platform.heading_deg"),
-    "tracing": ("tracing.tracer",),
-    "retrieval": ("retrieval.cell_range_m", "retrieval.cell_azimuth_deg", "retrieval.estimator"),
-    "prediction": ("prediction.lead_s", "prediction.turns"),
-    "prediction.quiet": ("prediction.quiet.elevation_m", "prediction.quiet.duration_s"),
+_FIRST = {  # what is asked first, in this order; the rest of a section is behind "more"
+    "": "seed turns",
+    "sea": "depth_m model",
+    "sea.waves": "spectrum significant_wave_height_m peak_period_s height_m wavelength_m wave_from_deg wind_speed_m_s",
+    "radar": "height_m baseline_m transmit_power_w range_m sector_deg frequency_hz rotation_rpm",
+    "radar.antenna": "azimuth_beamwidth_deg elevation_beamwidth_deg",
+    "scattering": "wind_speed_m_s wind_from_deg polarization",
+    "platform": "motion speed_m_s heading_deg",
+    "tracing": "tracer",
+    "retrieval": "cell_range_m cell_azimuth_deg estimator",
+    "prediction": "lead_s turns",
+    "prediction.quiet": "elevation_m duration_s",
 }
-_FIRST_OF_WAVES = (
-    "spectrum",
-    "significant_wave_height_m",
-    "peak_period_s",
-    "height_m",
-    "wavelength_m",
-    "wave_from_deg",
-    "wind_speed_m_s",
-)
 
 
 class Form:
@@ -99,11 +83,9 @@ class Form:
             fill()
 
     def _fill(self, part: Part, shown: list[Field]) -> None:
-        first = [field for field in shown if self._comes_first(part, field)] or shown[:4]
-        order = _FIRST_OF_WAVES if part.path.startswith("sea.waves") else _FIRST.get(part.path, ())
-        leaf = part.path.startswith("sea.waves")
-        place = {name: index for index, name in enumerate(order)}
-        first.sort(key=lambda field: place.get(field.key.rsplit(".", 1)[-1] if leaf else field.key, 99))
+        wanted = _FIRST.get(".".join(name for name in part.path.split(".") if not name.isdigit()), "").split()
+        leaves = {field.key.rsplit(".", 1)[-1]: field for field in shown}
+        first = [leaves[name] for name in wanted if name in leaves] or shown[:4]
         rest = [field for field in shown if field not in first]
         with ui.grid().classes("w-full gap-x-3 gap-y-1 grid-cols-1 sm:grid-cols-2"):
             for field in first:
@@ -134,14 +116,9 @@ class Form:
                 ui.button("Delete it", icon="delete", on_click=sure).props("no-caps")
                 ui.button("Keep it", on_click=asked.close).props("flat no-caps")
 
-    def _comes_first(self, part: Part, field: Field) -> bool:
-        if part.path.startswith("sea.waves"):
-            return field.key.rsplit(".", 1)[-1] in _FIRST_OF_WAVES
-        return field.key in _FIRST.get(part.path, ())
-
     def _adding(self) -> None:
         with ui.row().classes("gap-2 pt-2"):
-            for each in growing_lists():
+            for each in list_sections():
                 kind = "jonswap" if "jonswap" in each.kinds else ""
                 ui.button(
                     f"Add {each.label.lower().removesuffix('s')}" if each.label != "Waves" else "Add waves",

@@ -12,7 +12,7 @@ from nicegui import events, ui
 from numpy.typing import NDArray
 
 from . import figures
-from .pictures import Panel, Raster, Shown
+from .pictures import MapPanels, Panel, Raster
 
 Array = NDArray[np.floating]
 
@@ -36,12 +36,12 @@ class MapsPanel:
         self.plot.on("plotly_click", self._click, args=["points"])
         self.plot.on("plotly_afterplot", self._was_drawn, args=[], throttle=5.0)
 
-    def show(self, shown: Shown, line: Any = None) -> None:
+    def show(self, shown: MapPanels, line: Any = None) -> None:
         """New panels."""
         self._panels, self._raster, self._values, self._pictures = shown
         self.plot.update_figure(self._figure(line))
 
-    def frame(self, shown: Shown) -> None:
+    def frame(self, shown: MapPanels) -> None:
         """Another turn on the panels that are shown."""
         self._values, self._pictures = shown.values, shown.pictures
         for image, source in zip(self.plot.figure["layout"]["images"], shown.pictures, strict=True):  # type: ignore[index]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import dataclass, field
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +57,12 @@ class ServerState:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
         job, path = self.queue.of_folder(folder), self.roots.runs / folder
         return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
+
+    def free_folder(self, wanted: str) -> str:
+        """A name for results that no folder and no job has: the wanted one, or with a number."""
+        taken = {job.folder for job in self.queue.jobs() if not job.over}
+        names = (wanted if number == 1 else f"{wanted}-{number}" for number in count(1))
+        return next(name for name in names if name not in taken and not (self.roots.runs / name).exists())
 
     def tab(self, name: str) -> Tab:
         """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""

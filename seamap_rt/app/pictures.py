@@ -142,7 +142,7 @@ class Panel:
         return words.rsplit("(", 1)[-1].rstrip(")") if "(" in words else ""
 
 
-class Shown(NamedTuple):
+class MapPanels(NamedTuple):
     """A view of one turn. values (row, column) of each panel, on the raster; pictures: of them, as addresses."""
 
     panels: Sequence[Panel]
@@ -151,7 +151,7 @@ class Shown(NamedTuple):
     pictures: Sequence[str]
 
     @classmethod
-    def of(cls, panels: Sequence[Panel], raster: Raster, fields: Sequence[Array]) -> Shown:
+    def of(cls, panels: Sequence[Panel], raster: Raster, fields: Sequence[Array]) -> MapPanels:
         """fields: of each panel, on the cells of its map."""
         values = [raster.of(each) for each in fields]
         drawn = [picture(each, raster.area, panel.scale) for panel, each in zip(panels, values, strict=True)]

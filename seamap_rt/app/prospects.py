@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import db
-from ..design_outlook import Likely, likely
+from ..design_outlook import Outlook, estimate_outlook
 from ..design_outlook.strips import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
-from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
 from ..products.link import mean_sea, window_of
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.precision import height_per_radian, noise_height_error
 from ..radar.waveform import RangeResponse
+from ..report.curves import analytic_share
 from ..scene import Scene
 from ..scene.agreement import run_bytes
 from ..sea import directional_density, spectral_system, wave_facts
@@ -57,7 +57,7 @@ class Prospects:
     ahead: the outlook, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
     """
 
-    ahead: Likely | None
+    ahead: Outlook | None
     why_not: str
     ahead_ground_m: Array  # (range of ahead,)
     figures: tuple[
@@ -100,7 +100,8 @@ def _prospects(scene: Scene) -> Prospects:
     per_radian = np.array([height_per_radian(radar, float(r)) for r in slant])
     waves = ResolvedWaves.of(scene.sea, np.pi / resolution(scene.sea)) if scene.sea.waves else None
     slope = waves.slopes_lost(np.inf) if waves is not None else 0.0
-    seen = tuple(_visible(law, slant, radar.height_m, slope) for law in (shadowing_smith67, shadowing_wagner67))
+    ground = np.sqrt(slant**2 - radar.height_m**2)
+    smith, wagner = analytic_share(ground, radar.height_m, slope)
     ahead, why_not = _outlook(scene)
     far = ahead.range if ahead is not None else slant
     elevation = np.linspace(-60.0, 30.0, 181)
@@ -114,27 +115,19 @@ def _prospects(scene: Scene) -> Prospects:
         beam_deg=elevation,
         beam_db=np.maximum(db(np.maximum(cut, 1e-12)), -60.0),
         slant_m=slant,
-        ground_m=np.sqrt(slant**2 - radar.height_m**2),
+        ground_m=ground,
         grazing_deg=np.degrees(link.grazing_angle(radar, slant)),
         snr_db=db(np.maximum(snr, 1e-12)),
         noise_error_m=noise,
         ambiguity_m=2.0 * np.pi * per_radian,
-        smith=seen[0],
-        wagner=seen[1],
+        smith=smith,
+        wagner=wagner,
     )
 
 
-def _visible(law: Callable[[Array], Array], slant: Array, height_m: float, slope: float) -> Array:
-    """Share of the sea in sight by a closed form; slope: rms along the look."""
-    if slope <= 0.0:
-        return np.ones_like(slant)
-    grazing = np.arcsin(np.minimum(height_m / slant, 1.0))
-    return law(np.tan(grazing) / (np.sqrt(2.0) * slope))
-
-
-def _outlook(scene: Scene) -> tuple[Likely | None, str]:
+def _outlook(scene: Scene) -> tuple[Outlook | None, str]:
     try:
-        return likely(scene), ""
+        return estimate_outlook(scene), ""
     except (InputError, ValueError) as refusal:
         return None, str(refusal)
 
@@ -143,7 +136,7 @@ Figures = Iterator[tuple[str, str, float, str, int, int]]
 
 
 def _figures(
-    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: Likely | None
+    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: Outlook | None
 ) -> Figures:
     if ahead is not None and ahead.figures["reach_m"] is not None:
         yield "reach", "Measures waves out to", float(ahead.figures["reach_m"]), "m", 0, 1

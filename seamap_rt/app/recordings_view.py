@@ -10,9 +10,9 @@ from nicegui import ui
 from ..errors import InputError
 from ..io.recorded import ARRAYS
 from ..io.recording_header import RecordingHeader
-from .runs import free_name
 from .safety import safe_name
-from .uploads import KINDS, MB, kept, upload_button
+from .uploads import KINDS, MB, list_uploads, upload_button
+from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
     from .page import Page
@@ -43,34 +43,31 @@ class RecordingsPanel:
                     'no-caps aria-label="Retrieve the recording"'
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
-                ui.button("Download a header to fill in", icon="download", on_click=_give_header).props(
-                    "flat dense no-caps"
-                )
+                flat_button("Download a header to fill in", icon="download", on_click=_give_header)
             self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
         self.fill()
 
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""
         with ui.row().classes("w-full items-center no-wrap gap-1"):
-            choice = ui.select({}, label=label, clearable=kind == "header")
-            choice.props("dense outlined options-dense").classes("grow min-w-0").mark(f"choose-{kind}")
+            made = choice(label, f"choose-{kind}", width="all", clearable=kind == "header")
 
             def taken(path: Path) -> None:
                 self.fill()
-                choice.value = str(path)
+                made.value = str(path)
 
             names = self._other_names if kind == "recording" else dict
             upload_button(self.page.server.roots, kind, self._tell, taken, names=names)
-        return choice
+        return made
 
     def _tell(self, line: str) -> None:
         self._said.set_text(line)
 
     def fill(self) -> None:
         """What is there to be chosen."""
-        for kind, choice in (("recording", self._recording), ("header", self._header)):
-            there = {str(each): each.name for each in kept(self.page.server.roots, kind)}
-            choice.set_options(there, value=choice.value if choice.value in there else None)
+        for kind, made in (("recording", self._recording), ("header", self._header)):
+            there = {str(each): each.name for each in list_uploads(self.page.server.roots, kind)}
+            made.set_options(there, value=made.value if made.value in there else None)
 
     def _other_names(self) -> dict[str, str]:
         """InputError for what is no name of an array."""
@@ -97,8 +94,7 @@ class RecordingsPanel:
         words += ["--header", str(self._header.value)] if self._header.value else []
         words += [word for array, name in names.items() for word in ("--name", f"{array}={name}")]
         words += ["--even-if-wrong"] if self._wrong.value else []
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, safe_name(Path(recording).stem, "recording"), taken)
+        folder = server.free_folder(safe_name(Path(recording).stem, "recording"))
         server.queue.add(f"maps from {Path(recording).name}", folder, "", [*words, "--out", "{out}"])
         self.page.see(folder)
 

@@ -23,6 +23,7 @@ from ..io.turn_files import part_of
 from ..session.pace import duration
 from .jobs import Job
 from .safety import is_text, unreadable_product
+from .widgets import flat_button, round_button
 
 if TYPE_CHECKING:
     from .page import Page, ServerState
@@ -115,37 +116,26 @@ def headline_of(folder: Path) -> str:
         return ""
 
 
-def free_name(runs: Path, wanted: str, taken: set[str]) -> str:
-    """A folder's name that nobody has: the wanted one, or with a number."""
-    number, name = 2, wanted
-    while (runs / name).exists() or name in taken:
-        name = f"{wanted}-{number}"
-        number += 1
-    return name
-
-
-PRODUCTS = {  # that may be downloaded, with their types; a page of ours is shown, the others are saved
-    "report.html": "text/html; charset=utf-8",
-    "retrieval.html": "text/html; charset=utf-8",
-    "trade.html": "text/html; charset=utf-8",
-    "shadowing.html": "text/html; charset=utf-8",
-    "maps.nc": "application/x-netcdf",
-    "truth.nc": "application/x-netcdf",
-    "prediction.nc": "application/x-netcdf",
-    "gauges.nc": "application/x-netcdf",
-    "trade.nc": "application/x-netcdf",
-    "shadowing.nc": "application/x-netcdf",
-    "trade.csv": "text/csv; charset=utf-8",
-    "shadowing.csv": "text/csv; charset=utf-8",
-    "metrics.json": "application/json",
-    "scene.toml": "text/plain; charset=utf-8",
-    "sea.nc": "application/x-netcdf",
-    "statistics.txt": "text/plain; charset=utf-8",
-    "from_mast.png": "image/png",
-    "sea_surface.png": "image/png",
-    "directional_spectrum.png": "image/png",
-    "sea.gif": "image/gif",
+_TYPES = {  # a page of ours is shown, the others are saved
+    ".html": "text/html; charset=utf-8",
+    ".nc": "application/x-netcdf",
+    ".csv": "text/csv; charset=utf-8",
+    ".json": "application/json",
+    ".toml": "text/plain; charset=utf-8",
+    ".txt": "text/plain; charset=utf-8",
+    ".png": "image/png",
+    ".gif": "image/gif",
 }
+PRODUCTS = (  # that may be downloaded
+    "report.html", "retrieval.html", "trade.html", "shadowing.html", "maps.nc", "truth.nc", "prediction.nc",
+    "gauges.nc", "trade.nc", "shadowing.nc", "trade.csv", "shadowing.csv", "metrics.json", "scene.toml", "sea.nc",
+    "statistics.txt", "from_mast.png", "sea_surface.png", "directional_spectrum.png", "sea.gif",
+)  # fmt: skip
+
+
+_OF_PAGES = (
+    "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+)
 
 
 def give_files(app: FastAPI, server: ServerState) -> None:
@@ -162,16 +152,8 @@ def give_files(app: FastAPI, server: ServerState) -> None:
             return PlainTextResponse(f"{refusal}\n", 404)
         if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
-        kind = PRODUCTS[name]
-        shown = kind.startswith("text/html")
-        headers = (
-            {
-                "content-security-policy": "sandbox allow-scripts; default-src 'none'; img-src data:; "
-                "style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-            }
-            if shown
-            else {}
-        )
+        kind, shown = _TYPES[file.suffix], file.suffix == ".html"
+        headers = {"content-security-policy": _OF_PAGES} if shown else {}
         disposition = "inline" if shown else "attachment"
         saved = f"{run.replace('/', '_')}_{name}"
         return FileResponse(
@@ -214,7 +196,7 @@ class RunsView:
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.server.roots.runs}").classes("text-xs opacity-80 break-all")
-            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
+            round_button("Refresh the list", icon="refresh", on_click=self._find)
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
@@ -234,7 +216,7 @@ class RunsView:
         await self._find()
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         ui.timer(0.01, self.enter_async, once=True)
 
     def _look(self) -> None:
@@ -280,18 +262,17 @@ class RunsView:
                 if entry.headline:
                     ui.label(entry.headline).classes("text-sm")
             if entry.kind == "simulation":
-                again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
-                again.props("dense no-caps flat").props["aria-label"] = f"Retrieve {entry.name}"
-            see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
-            see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
-            with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
+                again = flat_button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
+                again.props["aria-label"] = f"Retrieve {entry.name}"
+            see = flat_button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
+            see.mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
+            with round_button("Download", icon="download"), ui.menu():
                 for name in products_of(folder):
                     ui.menu_item(name, on_click=partial(ui.navigate.to, address(entry.name, name), new_tab=True))
 
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""
-        taken = {job.folder for job in self.queue.jobs() if not job.over}
-        folder = free_name(self.page.server.roots.runs, f"{name}-maps", taken)
+        folder = self.page.server.free_folder(f"{name}-maps")
         echoes = self.page.server.roots.run(name) / "echoes.zarr"
         self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
 
@@ -319,13 +300,11 @@ class _Row:
                     ui.label(job.title).classes("text-xs opacity-80")
                     self._line = ui.label(job.reason).classes("text-sm").props("role=status")
                 if not job.over:
-                    ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name)).props(
-                        "flat dense no-caps"
-                    ).mark(f"cancel-{job.folder}")
+                    cancel = ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name))
+                    cancel.props("flat dense no-caps").mark(f"cancel-{job.folder}")
                 else:
-                    ui.button(icon="close", on_click=lambda: page.server.queue.forget(job.name)).props(
-                        'flat dense round aria-label="Remove from the list; results stay"'
-                    )
+                    forget = partial(page.server.queue.forget, job.name)
+                    round_button("Remove from the list; results stay", icon="close", on_click=forget)
                 if job.state != "queued":
                     kind = "trade" if job.words[0] == "trade" else None
                     see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))

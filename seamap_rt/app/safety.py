@@ -16,6 +16,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote
 
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse, Response
+
 from ..errors import InputError
 from ..io.opening import check_file
 
@@ -23,12 +26,12 @@ COOKIE = "seamap_rt"
 MOST_BYTES = 64 * 2**20  # of a request: the largest upload
 _MOST_HEAD = 2**15  # bytes of its query and headers: others read cookies in a time that grows with their square
 _NO_TEXT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")  # controls, and bytes that are no UTF-8
-_HEADERS = (
-    (b"x-content-type-options", b"nosniff"),
-    (b"x-frame-options", b"DENY"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"cache-control", b"no-store"),
-)
+_HEADERS = {
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-store",
+}
 
 
 def new_token() -> str:
@@ -77,7 +80,7 @@ class Guard:
     gate: Gate
     most_bytes: int = MOST_BYTES
 
-    async def __call__(self, scope: Mapping[str, Any], receive: Any, send: Any) -> None:
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -95,11 +98,12 @@ class Guard:
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)
             return
-        if _stated_length(scope["headers"]) > self.most_bytes:
+        length = Headers(raw=scope["headers"]).get("content-length", "")
+        if length.isdecimal() and (len(length) > 19 or int(length) > self.most_bytes):
             await _refuse(scope, receive, send, 413, f"more than {self.most_bytes / 2**20:.0f} MB")
             return
         if b"token=" in query and scope["method"] == "GET":
-            await self._welcome(scope["path"], send)
+            await self._welcome(scope["path"])(scope, receive, send)
             return
         request = _Request(receive, self.most_bytes)
         try:
@@ -108,13 +112,11 @@ class Guard:
             if not request.gone:  # else a library's complaint that there was nobody left to answer
                 raise
 
-    async def _welcome(self, path: str, send: Any) -> None:
+    def _welcome(self, path: str) -> Response:
         """The token goes from the address into a cookie, so that it is not in the history, nor passed on."""
         value = f"{self.gate.cookie}={self.gate.token}; Path=/; HttpOnly; SameSite=Strict"
         local = "/" + path.lstrip("/\\")  # "//elsewhere" would be another machine
-        headers = [(b"location", quote(local).encode()), (b"set-cookie", value.encode()), *_HEADERS]
-        await send({"type": "http.response.start", "status": 303, "headers": headers})
-        await send({"type": "http.response.body", "body": b""})
+        return Response(status_code=303, headers={"location": quote(local), "set-cookie": value, **_HEADERS})
 
 
 class _Request:
@@ -131,31 +133,23 @@ class _Request:
         return {"type": "http.disconnect"} if self._seen > self._most_bytes else message
 
 
-def _stated_length(headers: Iterable[tuple[bytes, bytes]]) -> int:
-    for name, value in headers:
-        if name.lower() == b"content-length" and value.isdigit():
-            return int(value) if len(value) < 20 else 2**64
-    return 0
-
-
 def _with_headers(send: Any) -> Any:
     async def sent(message: Any) -> None:
         if message["type"] == "http.response.start":
-            there = {name.lower() for name, _ in message["headers"]}
-            message = {**message, "headers": [*message["headers"], *(h for h in _HEADERS if h[0] not in there)]}
+            headers = MutableHeaders(scope=message)
+            for name, value in _HEADERS.items():
+                headers.setdefault(name, value)
         await send(message)
 
     return sent
 
 
-async def _refuse(scope: Mapping[str, Any], receive: Any, send: Any, status: int, words: str) -> None:
+async def _refuse(scope: Any, receive: Any, send: Any, status: int, words: str) -> None:
     if scope["type"] == "websocket":
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": words[:120]})
-        return
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": f"seamap-rt: {words}\n".encode()})
+    else:
+        await PlainTextResponse(f"seamap-rt: {words}\n", status, _HEADERS)(scope, receive, send)
 
 
 # ------------------------------------------------------------------------------------------------------ files

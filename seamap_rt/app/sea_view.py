@@ -17,11 +17,13 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.ndimage import map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
 from . import drawing, figures
 from .views import Source
+from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -121,13 +123,8 @@ def _rays(look_deg: float) -> tuple[Array, Array, Array]:
 
 def _bilinear(values: Any, x: Array, y: Array, east: Array, north: Array) -> Array:
     """Of a field (y, x) on even cells; 0 outside."""
-    column, row = (east - x[0]) / (x[1] - x[0]), (north - y[0]) / (y[1] - y[0])
-    inside = (column >= 0.0) & (column <= x.size - 1) & (row >= 0.0) & (row <= y.size - 1)
-    left, low = (np.clip(each.astype(np.intp), 0, size - 2) for each, size in ((column, x.size), (row, y.size)))
-    part, up = column - left, row - low
-    below = values[low, left] * (1.0 - part) + values[low, left + 1] * part
-    above = values[low + 1, left] * (1.0 - part) + values[low + 1, left + 1] * part
-    return np.where(inside, below * (1.0 - up) + above * up, 0.0)
+    place = np.stack([(north - y[0]) / (y[1] - y[0]), (east - x[0]) / (x[1] - x[0])])
+    return map_coordinates(np.asarray(values, dtype=np.float64), place, order=1)
 
 
 def _water(sight: Array, rise_x: Array, rise_y: Array, to_sun: Array) -> Array:
@@ -206,14 +203,12 @@ class SeaPanel:
             self._picture.props('alt="The sea as one sees it from the mast"')
             with ui.row().classes("w-full max-w-5xl items-center no-wrap gap-2"):
                 ui.label("Look").classes("text-sm")
-                self._look = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360, on_change=self._looked)
-                self._look.props('label aria-label="Azimuth of the look"').classes("grow mx-2").mark("mast-look")
+                at = round(view.azimuth) % 360
+                self._look = slider("Azimuth of the look", "mast-look", self._looked, 0, 359, at)
         self._mast.set_visibility(False)
         self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
         with ui.row().classes("w-full items-center gap-2") as self._render:
-            ui.button("Render from the mast", icon="photo_camera", on_click=self._queue).props(
-                "flat dense no-caps"
-            ).mark("render")
+            flat_button("Render from the mast", icon="photo_camera", on_click=self._queue, mark="render")
             ui.label(
                 "Some seconds: the run's own sea at this moment, with waves that no map resolves, by a ray tracer."
             ).classes("text-xs opacity-80")

@@ -17,11 +17,11 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .maps_panel import MapsPanel
-from .pictures import Shown
+from .pictures import MapPanels
 from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
-from .widgets import Canvas, grey_of
+from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
     from .page import Page
@@ -73,9 +73,8 @@ class SeeView:
 
     def _head(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = ui.select({}, label="Run", on_change=lambda e: self._choose(e.value))
-            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("run-choice")
-            with ui.button("Download", icon="download").props("flat dense no-caps").mark("export"):
+            self._choice = choice("Run", "run-choice", on_change=lambda e: self._choose(e.value))
+            with flat_button("Download", icon="download", mark="export"):
                 self._menu = ui.menu()
             self._say = ui.label().classes("text-sm").props("role=status")
         self._headline = ui.label().classes("font-bold").mark("verdict")
@@ -85,16 +84,14 @@ class SeeView:
             self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
             self._button.mark("play")
             for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
-                button = ui.button(icon=icon, on_click=partial(self._step, step)).props("flat dense round")
-                button.props["aria-label"] = words
-            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=lambda e: self._to(e.value))
-            self._slider.props('label aria-label="Turn"').classes("grow min-w-0 mx-2").mark("turn")
+                round_button(words, icon=icon, on_click=partial(self._step, step))
+            self._slider = slider("Turn", "turn", lambda e: self._to(e.value))
             self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
 
     # ------------------------------------------------------------------------------------------------- the run
 
     def enter(self) -> None:
-        """Shown again, perhaps with another run."""
+        """MapPanels again, perhaps with another run."""
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
@@ -175,9 +172,7 @@ class SeeView:
             self._turns = turns
             if at_end or self.tab.turn >= len(turns):
                 self.tab.turn = len(turns) - 1
-            self._slider.props["max"] = max(len(turns), 2)
-            self._slider.update()
-            self._slider.set_enabled(len(turns) > 1)
+            count_on(self._slider, len(turns))
             self._slider.value = self.tab.turn + 1
             self.redraw()
 
@@ -280,7 +275,7 @@ class SeeView:
         scene = self.source.scene if self.source is not None else None
         return max(scene.turns if scene is not None else 0, len(self._turns))
 
-    def _show_maps(self, shown: Shown, view: str) -> None:
+    def _show_maps(self, shown: MapPanels, view: str) -> None:
         self._place_shown(self._maps_place)
         key = (self.tab.run, view, self.page.dark)
         if key == self._shown_key:

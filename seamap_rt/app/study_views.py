@@ -20,10 +20,9 @@ from ..report.page_elements import Picture
 from ..studies.shadowing import RADAR_LEVEL_DB
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing
-from .prospects_view import number
 from .results import Results
 from .runs import address
-from .widgets import Image, Images, drawn
+from .widgets import Image, Images, choice, draw_images, number, tile
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -67,7 +66,7 @@ def _read(file: GrowingFile) -> xr.Dataset:
     return xr.Dataset(variables, coordinates)
 
 
-class Told(NamedTuple):
+class GaugeView(NamedTuple):
     """Of one gauge up to a turn, and what gauges there are."""
 
     names: list[str]
@@ -77,7 +76,7 @@ class Told(NamedTuple):
     judged: dict[str, Any]
 
 
-def told_of(source: Source, turn: int, chosen: str | None, dark: bool) -> Told | None:
+def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> GaugeView | None:
     """What there is up to a turn of the gauge that is chosen, else of the first; None of a run without gauges."""
     if not has_gauges(source.results):
         return None
@@ -88,7 +87,7 @@ def told_of(source: Source, turn: int, chosen: str | None, dark: bool) -> Told |
     east, north = (float(gauge[each]) for each in ("east", "north"))
     place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
     picture = gauge_picture(names.index(name), name, gauge, source.results.turns()[turn])
-    return Told(names, name, place, drawn([replace(picture, name="gauge")], dark), judge_one(gauge))
+    return GaugeView(names, name, place, draw_images([replace(picture, name="gauge")], dark), judge_one(gauge))
 
 
 class GaugePanel:
@@ -99,15 +98,14 @@ class GaugePanel:
         self._filling = False
         self._said = ui.label().classes("text-sm").props("role=status").mark("gauge-words")
         with ui.column().classes("w-full min-w-0 gap-2") as self._body:
-            self._choice = ui.select({}, label="Wave gauge", on_change=self._chosen)
-            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("gauge")
+            self._choice = choice("Wave gauge", "gauge", on_change=self._chosen)
             self._images = Images()
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("gauge-tiles")
         self._body.set_visibility(False)
 
     async def show(self, source: Source, turn: int) -> None:
         """What there is up to now, with the turn marked."""
-        told = await drawing.slow(told_of, source, turn, self._choice.value, self.view.page.dark)
+        told = await drawing.slow(view_gauge, source, turn, self._choice.value, self.view.page.dark)
         self._body.set_visibility(told is not None)
         if told is None:
             self._said.set_text(
@@ -131,8 +129,7 @@ class GaugePanel:
         with self._tiles:
             for key, words, unit, digits in _FIGURES:
                 value = float(told[key]) * (100.0 if unit == "%" else 1.0)
-                with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-                    ui.label(words).classes("text-xs opacity-80")
+                with tile(words)[1]:
                     ui.label(f"{number(value, digits)} {unit}".strip()).classes("font-bold figure-value")
 
 
@@ -159,8 +156,7 @@ class ShadowingPanel:
         self.view = view
         self._folder = Path()
         self._said = ui.label().classes("font-bold").mark("shadowing-words")
-        self._look = ui.select(LOOK_WORDS, value="all looks", label="Look", on_change=self._chosen)
-        self._look.props("dense outlined options-dense").classes("w-72 max-w-full").mark("shadowing-look")
+        self._look = choice("Look", "shadowing-look", LOOK_WORDS, value="all looks", on_change=self._chosen)
         self._images = Images()
 
     async def show_folder(self, folder: Path) -> None:
@@ -185,7 +181,7 @@ def shadowing_of(folder: Path, look: str, dark: bool) -> tuple[str, list[Image]]
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return in_words(data, look), drawn([picture], dark)
+    return in_words(data, look), draw_images([picture], dark)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:

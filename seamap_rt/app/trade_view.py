@@ -25,8 +25,9 @@ from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .draft import Field, parts_of
 from .prospects import run_seconds
-from .runs import address, duration, find_runs, free_name, products_of
+from .runs import address, duration, find_runs, products_of
 from .safety import Roots, safe_name
+from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
     from .page import Page
@@ -191,23 +192,19 @@ class TradeView:
             ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = ui.select({}, label="Trade", on_change=self._chosen).props("dense outlined options-dense")
-            self._choice.classes("w-64 max-w-full").mark("trade-choice")
-            self._measure = ui.select(MEASURES, value="fully_measured_radius_m", on_change=self._again)
-            self._measure.props("dense outlined options-dense").classes("w-72 max-w-full")
-            with ui.button("Download", icon="download").props("flat dense no-caps"):
+            self._choice = choice("Trade", "trade-choice", on_change=self._again)
+            self._measure = choice("Measure", "trade-measure", MEASURES, value=next(iter(MEASURES)))
+            self._measure.on_value_change(self._again)
+            with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
-            self._point = ui.select({}, label="Point", on_change=self._point_chosen)
-            self._point.props("dense outlined options-dense").classes("w-96 max-w-full").mark("trade-point")
+            self._point = choice("Point", "trade-point", width="wide", on_change=self._point_chosen)
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
-            ui.button("Use these values in Design", icon="edit", on_click=self._into_design).props(
-                "flat no-caps dense"
-            ).mark("trade-design")
+            flat_button("Use these values in Design", icon="edit", on_click=self._into_design, mark="trade-design")
         self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
@@ -223,7 +220,7 @@ class TradeView:
         return key, values
 
     def enter(self) -> None:
-        """Shown again."""
+        """MapPanels again."""
         self._count = -1
         self._counted()
         ui.timer(0.01, self._enter, once=True)
@@ -278,8 +275,7 @@ class TradeView:
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
-        taken = {job.folder for job in server.queue.jobs() if not job.over}
-        folder = free_name(server.roots.runs, f"{scene.name}-trade", taken)
+        folder = server.free_folder(f"{scene.name}-trade")
         guess = count * run_seconds(scene) / 2.0
         server.queue.add(
             ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
@@ -289,10 +285,6 @@ class TradeView:
         self._said.set_text(f"Queued as {folder}: its points appear below.")
 
     # ---------------------------------------------------------------------------------------------- showing
-
-    def _chosen(self, _: Any) -> None:
-        self._count = -1
-        ui.timer(0.0, self._look, once=True)
 
     def _again(self, _: Any) -> None:
         self._count = -1

@@ -68,19 +68,19 @@ def kind_of_field(key: str) -> str | None:
     return next((kind for pattern, kind in _OF_FIELDS if re.fullmatch(pattern, key)), None)
 
 
-def checked_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
+def check_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
     """As `checking.check`, in a process of its own."""
     told = [f"{array}={name}" for array, name in names.items()]
-    asked("seamap_rt.app.checking", kind, str(path), *told, longest_s=_LONGEST_S)
+    run_apart("seamap_rt.app.checking", kind, str(path), *told, longest_s=_LONGEST_S)
 
 
-def keep(
+def save_upload(
     roots: Roots,
     kind: str,
     name: str,
     content: bytes,
     names: Mapping[str, str] | None = None,
-    check: Check = checked_apart,
+    check: Check = check_apart,
 ) -> Path:
     """Keep what a browser gave under a name, if it is what it is to be: its path.
 
@@ -126,7 +126,7 @@ def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
     raise InputError(f"{name}: has too many other files of its name in {folder}; take some away")
 
 
-def kept(roots: Roots, kind: str) -> list[Path]:
+def list_uploads(roots: Roots, kind: str) -> list[Path]:
     """What of a kind's endings lies among the uploads, by name."""
     if not roots.uploads.is_dir():
         return []
@@ -134,7 +134,7 @@ def kept(roots: Roots, kind: str) -> list[Path]:
     return sorted(each for each in there if each.suffix.lower() in KINDS[kind].endings)
 
 
-def asked(module: str, *words: str, longest_s: float) -> bytes:
+def run_apart(module: str, *words: str, longest_s: float) -> bytes:
     """What `python -m MODULE WORDS` prints. InputError with its last line where it refuses, ends badly or takes too
     long."""
     try:
@@ -174,7 +174,7 @@ def upload_button(
         said(f"{name}: is checked …")
         try:
             content = await event.file.read()
-            path = await asyncio.to_thread(keep, roots, kind, name, content, names())
+            path = await asyncio.to_thread(save_upload, roots, kind, name, content, names())
         except (InputError, OSError) as refusal:
             said(str(refusal))
             return

@@ -17,7 +17,7 @@ from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..report import maps, reduce, style
 from ..report.curves import ByRange
-from .pictures import Panel, Raster, Scale, Shown, ground_raster, polar_raster
+from .pictures import MapPanels, Panel, Raster, Scale, ground_raster, polar_raster
 from .prospects import Prospects, prospects
 from .results import Results
 
@@ -67,11 +67,11 @@ class Source:
 
     # --------------------------------------------------------------------------------------------------- maps
 
-    def view(self, name: str, index: int) -> Shown:
+    def view(self, name: str, index: int) -> MapPanels:
         """A view by its name in MAP_VIEWS, of a turn by its place. OSError where the turn is not there."""
         panels = getattr(self, f"_{name}")(index)
         raster = self._raster("ground" if name in ("heights", "slopes") else "polar", index)
-        return Shown.of([panel for panel, _ in panels], raster, [values for _, values in panels])
+        return MapPanels.of([panel for panel, _ in panels], raster, [values for _, values in panels])
 
     def _raster(self, kind: str, index: int) -> Raster:
         if kind not in self._rasters:

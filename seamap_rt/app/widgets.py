@@ -6,15 +6,61 @@ A figure of the report is drawn in a process that draws, and shown as the same i
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 from nicegui import ui
 
+from ..conventions import written
 from ..report.page_elements import Image, Picture
 
+_WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
 
-def drawn(pictures: Iterable[Picture], dark: bool) -> list[Image]:
+
+def choice(label: str, mark: str = "", options: Any = None, width: str = "usual", **more: Any) -> ui.select:
+    """A list to choose from. more: of `ui.select`."""
+    made = ui.select({} if options is None else options, label=label, **more).mark(mark)
+    return made.props("dense outlined options-dense").classes(_WIDTHS[width])
+
+
+def slider(words: str, mark: str, changed: Callable[..., Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
+    """Whole numbers; words: for who does not see it."""
+    made = ui.slider(min=least, max=most, value=at, step=1, on_change=changed).classes("grow min-w-0 mx-2").mark(mark)
+    made.props("label").props["aria-label"] = words
+    return made
+
+
+def count_on(made: ui.slider, count: int) -> None:
+    """So many there are, from 1; of one alone nothing can be chosen."""
+    made.props["max"] = max(count, 2)
+    made.set_enabled(count > 1)
+    made.update()
+
+
+def flat_button(words: str, icon: str, on_click: Callable[..., Any] | None = None, mark: str = "") -> ui.button:
+    return ui.button(words, icon=icon, on_click=on_click).props("flat dense no-caps").mark(mark)
+
+
+def round_button(words: str, icon: str, on_click: Callable[..., Any] | None = None) -> ui.button:
+    """An icon; words: for who does not see it."""
+    made = ui.button(icon=icon, on_click=on_click).props("flat dense round")
+    made.props["aria-label"] = words
+    return made
+
+
+def tile(words: str) -> tuple[ui.label, ui.row]:
+    """A figure under its words: these, and the row in which it is to stand."""
+    with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
+        return ui.label(words).classes("text-xs opacity-80"), ui.row().classes("items-baseline gap-1")
+
+
+def number(value: float, digits: int) -> str:
+    """As `written`, with separators from ten thousand on."""
+    return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
+
+
+def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
     """Draw, for a light or a dark page; some tenths of a second each."""
     return [each.image(dark) for each in pictures]
 

@@ -90,10 +90,10 @@ def outlook(
     elif at_most is not None:
         raise InputError(f"--at-most {at_most:g}: limits what is varied; give --vary too, as radar.height_m=3:12:1")
     else:
-        from ..design_outlook import likely
+        from ..design_outlook import estimate_outlook
         from ..design_outlook.model import outlook_rows
 
-        lines = list(outlook_rows(likely(loaded)))
+        lines = list(outlook_rows(estimate_outlook(loaded)))
     console.print(*lines, sep="\n")
     return 0
 

@@ -7,6 +7,6 @@ measured radius and the reach mean the same. A boat's motion leans the beam, lif
 errors (`motion`). It knows no objects and no time.
 """
 
-from .model import Likely, likely, outlook
+from .model import Outlook, estimate_outlook, outlook
 
-__all__ = ["Likely", "likely", "outlook"]
+__all__ = ["Outlook", "estimate_outlook", "outlook"]

@@ -62,7 +62,7 @@ _VARIABLES = {
 
 
 @dataclass(frozen=True)
-class Likely:
+class Outlook:
     """An outlook as plain arrays: `outlook` has it as a Dataset.
 
     range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii, whether the reach is the
@@ -88,7 +88,7 @@ def outlook(scene: SceneLike) -> xr.Dataset:
     """
     import xarray as xr
 
-    found = likely(as_scene(scene))
+    found = estimate_outlook(as_scene(scene))
     variables = {
         name: ("range", found.profile[name], {"units": units, "long_name": words})
         for name, (units, words) in _VARIABLES.items()
@@ -97,12 +97,12 @@ def outlook(scene: SceneLike) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, {**found.figures, **_told(found)})
 
 
-def _told(found: Likely) -> dict[str, Any]:
+def _told(found: Outlook) -> dict[str, Any]:
     return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
 @one_blas_thread()
-def likely(scene: Scene) -> Likely:
+def estimate_outlook(scene: Scene) -> Outlook:
     """The same as `outlook` says, without the half second that the first Dataset of a process takes."""
     radar, settings = as_it_looks(scene.radar), scene.resolved_retrieval
     design = Design.of(radar, settings, scene.scattering.decorrelation_time_s)
@@ -157,8 +157,10 @@ def likely(scene: Scene) -> Likely:
         )
     figures = _radii(design.ranges, quality)
     at_rest = scene.model_copy(update={"platform": PlatformSettings(heading_deg=scene.platform.heading_deg)})
-    figures["radius_at_rest_m"] = (figures if motion is None else likely(at_rest).figures)["fully_measured_radius_m"]
-    return Likely(design.ranges, dict(zip(_VARIABLES, profile, strict=True)), figures, _left_out(scene), moves)
+    figures["radius_at_rest_m"] = (figures if motion is None else estimate_outlook(at_rest).figures)[
+        "fully_measured_radius_m"
+    ]
+    return Outlook(design.ranges, dict(zip(_VARIABLES, profile, strict=True)), figures, _left_out(scene), moves)
 
 
 def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
@@ -241,7 +243,7 @@ _LINES = 12
 _NOTHING = 0.05  # per cent: a chance that is less is none
 
 
-def outlook_rows(found: Likely) -> Iterator[str]:
+def outlook_rows(found: Outlook) -> Iterator[str]:
     """The two radii first, then a table by range."""
     radius, reach = found.figures["fully_measured_radius_m"], found.figures["reach_m"]
     if radius is None:

@@ -21,7 +21,7 @@ Motion is as given: a taller mast, whose weight makes a boat roll more, is not h
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ from ..radar.mast import Mast
 from ..radar.platform import Sensors, boat_motion
 from ..radar.pose import boat_axes
 from ..scene import Scene
+from ..sea import Sea
 from ..sea.wave_trains import Components
 from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
 from .error import Design
@@ -100,7 +101,7 @@ class Motion:
         upright = platform.motion == "fixed" and not (platform.list_deg or platform.trim_deg)
         if upright and sensors == SensorSettings():
             return None
-        motion = boat_motion(platform, BoatWaves(waves, scene.sea))
+        motion = boat_motion(platform, cast(Sea, BoatWaves(waves, scene.sea)))  # which has what a boat asks of a sea
         mast, times = Mast(radar, platform, motion), _times(platform)
         quiet = sensors.model_copy(update=dict.fromkeys(_NOISE, 0.0))
         sensed = mast.sensed(Sensors(quiet, motion, scene.seed))

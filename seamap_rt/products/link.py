@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,22 +14,207 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import db
+from ..conventions import db, written
 from ..errors import InputError
 from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
-from ..io.text import parse_number
+from ..io.text import csv_text, parse_number
 from ..radar import link
 from ..radar.antenna import antenna
-from ..radar.link import LinkBudget
-from ..radar.receiver import noise_power
-from ..radar.waveform import blind_range_m, unambiguous_range_m
+from ..radar.link import Budget, LinkBudget
+from ..radar.receiver import data_rate, noise_power, pulse_coherence
+from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..report import style
 from ..scattering import MEAN_MODELS, mean_level
 from ..scene import Scene
 from ..scene.checks.water import STEEPEST_SINE
 from ..settings import RadarSettings
-from .link_words import link_lines, link_table, nrcs_words
+
+Column = tuple[str, str, NDArray[np.float64], int]  # heading, name in the CSV, values, decimals
+
+_TITLES = {
+    "textbook": "Textbook budget: the beam's peak on every cell, even over its −3 dB width, the whole pulse",
+    "simulator": "Simulator's budget: the integral over the two-way pattern and the range response",
+}
+_REFERENCE_M = 100.0  # range at which the losses are stated
+
+
+def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
+    """Aligned lines of plain text. table: the ranges to list; curve: ranges close enough to find crossings on."""
+    facts = [*_facts(scene), *_reaches(curve)]
+    wide = max(len(name) for name, _ in facts)
+    lines = [f"Link budget of {scene.name}: a level boat over mean sea level", ""]
+    lines += [f"{name:{wide}}  {value}" for name, value in facts]
+    seen = _sea_columns(scene.radar, table)
+    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(seen)]
+    for each in table.budgets:
+        lines += ["", _TITLES[each.name], *_aligned([seen[0], *_budget_columns(table, each)])]
+    notes = _notes(scene.radar, table.range)
+    return [*lines, "", *notes] if notes else lines
+
+
+def nrcs_words(budget: LinkBudget) -> str:
+    """Where the mean σ0 comes from, and what of shadows it holds."""
+    if budget.nrcs_model == "constant":
+        return "mean σ0: constant; shadows are not counted"
+    return f"mean σ0: {budget.nrcs_model}, which holds the shadows of its data; no others are counted"
+
+
+def link_table(radar: RadarSettings, table: LinkBudget) -> str:
+    """The same as CSV, a row per range: values in dB are 10 log10, cells that have none (σ0 in a null) are empty."""
+    columns = [(name, values) for _, name, values, _ in _sea_columns(radar, table)]
+    columns.append(("noise_dbm", np.full(table.range.shape, _dbm(table.noise))))
+    for each in table.budgets:
+        columns += [(f"{each.name}_{name}", values) for _, name, values, _ in _budget_columns(table, each)]
+    rows = zip(*(values for _, values in columns), strict=True)
+    numbers = [[f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in rows]
+    return csv_text([[name for name, _ in columns], *numbers])
+
+
+def _facts(scene: Scene) -> list[tuple[str, str]]:
+    """Name and value of what does not depend on range."""
+    radar = scene.radar
+    across = (link.footprint_m(radar, r) for r in (100.0, 200.0))
+    spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)
+    gain = db(antenna(radar).gain)
+    facts = [
+        ("wavelength", f"{1e3 * link.wavelength(radar):.2f} mm"),
+        ("antenna", f"{gain:.2f} dBi; {_beam(radar)}"),
+        ("beam across the look", "{} m at 100 m, {} m at 200 m".format(*(written(float(each), 2) for each in across))),
+        ("range resolution", _resolution(radar)),
+        ("gates", f"every {spacing:.3f} m; a point between two loses {worst:.2f} dB, on average {mean:.2f}"),
+        ("noise", f"{_dbm(noise_power(radar)):.2f} dBm in {radar.bandwidth_hz / 1e6:g} MHz"),
+        *_dwell(scene),
+        ("range limits", f"blind to {blind_range_m(radar):.2f} m, unambiguous to {unambiguous_range_m(radar):.0f} m"),
+        ("data rate", _data_rate(radar)),
+    ]  # fmt: skip
+    if radar.height_m < _REFERENCE_M:
+        losses = link.losses_to_textbook(radar, _REFERENCE_M)
+        elevation = float(losses.elevation) + 0.0
+        total = losses.azimuth + elevation + losses.response
+        pieces = (
+            f"azimuth pattern {losses.azimuth:.2f}, elevation pattern {elevation:.2f}, filter {losses.response:.2f}"
+        )
+        facts.append(("simulator less than textbook", f"{total:.2f} dB at {_REFERENCE_M:g} m: {pieces}"))
+    return facts
+
+
+def _beam(radar: RadarSettings) -> str:
+    width, height = link.beam_widths_deg(radar)
+    if np.isinf(antenna(radar).azimuth_beamwidth_deg):
+        return f"no beam: the scene's {width:.2f}° × {height:.2f}° stand for one"
+    return f"beam {width:.2f}° × {height:.2f}°, one-way −3 dB"
+
+
+def _resolution(radar: RadarSettings) -> str:
+    measured, cell = RangeResponse.of(radar).resolution_m, link.range_cell_m(radar)
+    words = f"{written(measured, 2)} m at −3 dB; the textbook's cell is {written(cell, 2)} m"
+    if radar.waveform != "chirp":
+        return words
+    return f"{words}; compression gains {db(link.compression_gain(radar)):.1f} dB at best"
+
+
+def _dwell(scene: Scene) -> list[tuple[str, str]]:
+    pulses = link.dwell(scene.radar)
+    _, loose, tight = link.integrations(scene.radar, scene.scattering.decorrelation_time_s)
+    memory, lost = 1e3 * scene.scattering.decorrelation_time_s, float(db(pulses.pulses / tight.gain))
+    in_phase = f"coherent {db(tight.gain):.2f} dB, {lost:.2f} below N for a decorrelation time of {memory:g} ms"
+    if pulse_coherence(scene.radar) == 0.0:
+        in_phase = "coherent 0 dB, of a magnetron's random phases"
+    return [
+        ("dwell", f"{written(1e3 * pulses.duration_s, 2)} ms, {pulses.pulses} pulses a receiver"),
+        ("integration", f"non-coherent √N {db(loose.gain):.2f} dB; {in_phase}"),
+    ]
+
+
+def _data_rate(radar: RadarSettings) -> str:
+    rate = data_rate(radar)
+    fine, coarse, raw = (written(each / 1e6, 1) for each in (rate.complex_12, rate.complex_16, rate.raw))
+    gates = f"gates {fine} MB/s at 12 + 12 bits, {coarse} at 16 + 16"
+    if radar.receiver.chain != "digital":
+        return gates
+    return f"{gates}; the converters' samples {raw} at {radar.receiver.adc_bits}"
+
+
+def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
+    """The furthest range at which each budget has a signal to noise ratio of 0 dB."""
+    top = float(curve.range[-1])
+    rows: list[tuple[str, str]] = []
+    for each in curve.budgets:
+        reach = [link.furthest(curve.range, row) for row in each.snr]
+        words = [
+            f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
+        ]
+        rows.append((f"SNR is 0 dB at, {each.name}", ", ".join(words)))
+    return rows
+
+
+def _distance(reach: float, top: float) -> str:
+    if math.isnan(reach):
+        return "nowhere"
+    return f"beyond {top:.0f} m" if math.isinf(reach) else f"{reach:.0f} m"
+
+
+def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
+    return [
+        ("range m", "range_m", table.range, 1),
+        ("grazing °", "grazing_deg", np.degrees(table.grazing), 2),
+        ("gain to sea dBi", "gain_towards_sea_dbi", db(table.gain), 2),
+        ("beam across m", "footprint_m", link.footprint_m(radar, table.range), 2),
+        ("cell m²", "cell_area_m2", table.area, 2),
+        ("mean σ0 dB", "nrcs_db", db(table.nrcs), 2),
+    ]
+
+
+def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
+    """Without the ranges."""
+    columns: list[Column] = [("echo dBm", "echo_dbm", _dbm(each.power), 2)]
+    for heading, prefix, rows in (("SNR dB", "snr", each.snr), ("σ0 min dB", "minimum_nrcs", each.minimum_nrcs)):
+        for mode, row in zip(table.integrations, rows, strict=True):
+            name = mode.name.replace(" ", "_").replace("-", "")
+            columns.append((f"{heading} {mode.name}", f"{prefix}_{name}_db", db(row), 2))
+    return columns
+
+
+def _aligned(columns: Sequence[Column]) -> list[str]:
+    """Headings of two lines at most, numbers flush right."""
+    heads = [_two_lines(heading) for heading, *_ in columns]
+    cells = [
+        [f"{value:.{digits}f}" if math.isfinite(value) else "—" for value in values] for *_, values, digits in columns
+    ]
+    widths = [max(map(len, (*head, *cell))) for head, cell in zip(heads, cells, strict=True)]
+    rows = [*zip(*heads, strict=True), *zip(*cells, strict=True)]
+    return ["  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _two_lines(heading: str) -> tuple[str, str]:
+    for unit in ("dBm", "dBi", "dB", "m²", "m", "°"):
+        words = heading.split(" ")
+        if unit in words:
+            words.remove(unit)
+            return " ".join(words), unit
+    return heading, ""
+
+
+def _notes(radar: RadarSettings, ranges: NDArray[np.float64]) -> list[str]:
+    notes: list[str] = []
+    if np.any(ranges < blind_range_m(radar)):
+        left = ": the simulator's budget counts what is left of it" if radar.waveform == "chirp" else ""
+        notes.append(
+            f"From nearer than {blind_range_m(radar):.4g} m the echo begins while the pulse is still sent{left}."
+        )
+    if np.any(ranges > unambiguous_range_m(radar)):
+        notes.append(f"Beyond {unambiguous_range_m(radar):.5g} m echoes fold into the gates of the next pulse.")
+    if radar.receiver.chain == "digital":
+        notes.append("The converter's own noise and its saturation are not counted.")
+    if radar.antennas:
+        notes.append("The antenna is that of [radar.antenna]; those of [[radar.antennas]] may differ.")
+    return notes
+
+
+def _dbm(power: ArrayLike) -> NDArray[np.float64]:
+    return db(1e3 * np.asarray(power, dtype=np.float64))
+
 
 PRODUCTS = ("link.csv", "link.png")
 FURTHEST_M = 20_000.0  # m, the longest range window that a scene may have
@@ -146,9 +333,6 @@ def write_link(
     lines = link_lines(scene, table, curve)
     if out is None:
         return LinkProducts(lines, ())
-    from ..report import style  # drawing takes half a second to load
-    from .link import draw
-
     folder = Path(out)
     with results_folder(folder, overwrite, PRODUCTS):
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))

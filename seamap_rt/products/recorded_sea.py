@@ -39,7 +39,7 @@ _NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")
 
 
 @dataclass(frozen=True)
-class Kept:
+class RecordState:
     """The state from which the next frame follows, and sums over the frames that are on file."""
 
     state: State
@@ -49,7 +49,7 @@ class Kept:
     energy_first: float = np.nan  # m³/s², at the first frame
     broken_first: float = 0.0  # taken out by then
 
-    def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> Kept:
+    def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> RecordState:
         """With one more frame."""
         heights = elevation.astype(np.float64)
         heights -= heights.mean()
@@ -70,7 +70,7 @@ def state_file(folder: Path) -> Path:
     return folder / ".recorded_sea.state.npz"
 
 
-def keep(folder: Path, told: Mapping[str, Any], at: Kept) -> None:
+def save_state(folder: Path, told: Mapping[str, Any], at: RecordState) -> None:
     """Write the state, whole or not at all. told: what the record says of itself."""
     path = state_file(folder)
     part = path.with_name(f"{path.name}.part")
@@ -87,7 +87,7 @@ def keep(folder: Path, told: Mapping[str, Any], at: Kept) -> None:
     os.replace(part, path)
 
 
-def kept(folder: Path, told: Mapping[str, Any]) -> Kept:
+def load_state(folder: Path, told: Mapping[str, Any]) -> RecordState:
     """What was kept. InputError where it is damaged, or of another record than the one that is asked for."""
     path = state_file(folder)
     try:
@@ -104,7 +104,7 @@ def kept(folder: Path, told: Mapping[str, Any]) -> Kept:
         raise InputError(
             f"--resume: '{folder}' was begun with another {other[0]}; give the command as it was, or --overwrite"
         )
-    return Kept(state, **{**numbers, "frames": int(numbers["frames"])})
+    return RecordState(state, **{**numbers, "frames": int(numbers["frames"])})
 
 
 def _plain(told: Mapping[str, Any]) -> str:
@@ -222,7 +222,7 @@ def write_recorded_sea(
     told = _told(scene, frames, times)
     if resume:
         with held_folder(_existing(folder), "--out"):
-            return _written(folder, frames, told, kept(folder, told), say)
+            return _written(folder, frames, told, load_state(folder, told), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
             f"--out = '{folder}': holds a recorded sea that was not finished; --resume goes on with it, --overwrite "
@@ -307,10 +307,12 @@ class _Pace:
         self.say(f"{words}: {now:.4g} s of {self.last:.4g} s{left}")
 
 
-def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | None, say: Progress) -> RecordedSea:
+def _written(
+    folder: Path, frames: _Frames, told: dict[str, Any], begun: RecordState | None, say: Progress
+) -> RecordedSea:
     """All frames that are missing, one by one, each with the state from which the next can go on."""
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
-    at = begun or Kept(frames.plan.beginning(evolution))
+    at = begun or RecordState(frames.plan.beginning(evolution))
     pace = _Pace(say, at.state.time, float(frames.seconds[-1]))
     path = folder / RECORD
     try:
@@ -339,13 +341,13 @@ def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | 
 
 
 def _recorded(
-    file: AppendableNetCDF, folder: Path, frames: _Frames, told: dict[str, Any], at: Kept, pace: _Pace
-) -> Kept:
+    file: AppendableNetCDF, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+) -> RecordState:
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
     steps = round(frames.interval / evolution.step)
     if not at.frames:
         with uninterrupted():
-            keep(folder, told, at)  # from here on an interruption leaves what --resume goes on from
+            save_state(folder, told, at)  # from here on an interruption leaves what --resume goes on from
         at = _before(evolution, folder, frames, told, at, pace)
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state
@@ -353,12 +355,14 @@ def _recorded(
         at = at.with_frame(state, frame["elevation"].values, evolution)
         with uninterrupted():
             file.append(frame.assign_attrs(told))
-            keep(folder, told, at)
+            save_state(folder, told, at)
         pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
     return at
 
 
-def _before(evolution: Evolution, folder: Path, frames: _Frames, told: dict[str, Any], at: Kept, pace: _Pace) -> Kept:
+def _before(
+    evolution: Evolution, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+) -> RecordState:
     """The slow beginning, up to the record's first time."""
     first = float(frames.seconds[0])
     stored = clock.perf_counter()
@@ -366,13 +370,13 @@ def _before(evolution: Evolution, folder: Path, frames: _Frames, told: dict[str,
         at = replace(at, state=evolution.advanced(at.state))
         if clock.perf_counter() - stored > _KEEP_EVERY:
             with uninterrupted():
-                keep(folder, told, at)
+                save_state(folder, told, at)
             stored = clock.perf_counter()
         pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     return at
 
 
-def _found(at: Kept, evolution: Evolution) -> dict[str, Any]:
+def _found(at: RecordState, evolution: Evolution) -> dict[str, Any]:
     """What the record came to."""
     change = evolution.energy(at.state) / at.energy_first - 1.0
     broken = (at.state.broken - at.broken_first) / at.energy_first

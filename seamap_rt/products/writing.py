@@ -35,7 +35,7 @@ def directional_spectrum(scene: Scene, sea: Sea) -> xr.Dataset:
     depth = scene.sea.depth_m
     known = [(number, waves, wave_facts(waves, depth)) for number, waves in enumerate(scene.sea.waves)]
     known = [(number, waves, facts) for number, waves, facts in known if facts is not None]
-    limit = _frequency(sea.resolved.wavenumber_limit, depth)
+    limit = float(dispersion.angular_frequency(sea.resolved.wavenumber_limit, depth)) / (2.0 * np.pi)
     peaks = [1.0 / facts.peak_period for _, _, facts in known]
     lowest, highest = 0.3 * min([*peaks, limit]), max([1.5 * limit, *(6.0 * peak for peak in peaks)])
     frequency = np.geomspace(lowest, highest, _FREQUENCIES)
@@ -68,11 +68,6 @@ def directional_spectrum(scene: Scene, sea: Sea) -> xr.Dataset:
     dataset["system_kind"].attrs["flag_values"] = np.array([SHORT_CRESTED, LONG_CRESTED, REGULAR], dtype=np.int8)
     dataset["system_kind"].attrs["flag_meanings"] = "short_crested long_crested regular"
     return dataset
-
-
-def _frequency(k: float, depth: float) -> float:
-    """Hz of a wavenumber [rad/m]."""
-    return float(dispersion.angular_frequency(k, depth)) / (2.0 * np.pi)
 
 
 PRODUCTS = ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")

@@ -204,7 +204,9 @@ def turn_table(maps: xr.DataTree, truth: xr.DataTree) -> list[Table]:
 
 
 def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
-    result, real = (_of_turn(tree, index) for tree in (maps, truth))
+    result, real = (
+        xr.DataTree.from_dict({"/polar": tree["polar"].to_dataset().isel(turn=[index])}) for tree in (maps, truth)
+    )
     near = reduce.at_judged_ranges(real)
     visible = reduce.polar(real, "visible_fraction")[0][:, near] > HALF_VISIBLE
     time: NDArray[np.float64] = reduce.coordinate(result, "polar", "time")[0]
@@ -223,8 +225,3 @@ def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
         percent(figures["visible_fraction"]),
         percent(answered),
     ]
-
-
-def _of_turn(tree: xr.DataTree, index: int) -> xr.DataTree:
-    """The polar maps of one turn."""
-    return xr.DataTree.from_dict({"/polar": tree["polar"].to_dataset().isel(turn=[index])})

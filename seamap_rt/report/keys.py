@@ -14,13 +14,13 @@ from ..settings import Meaning, meaning_of
 
 _ENDINGS = ("_m_s", "_dbsm", "_dbm", "_dbi", "_deg", "_rpm", "_psu", "_hz", "_db", "_m", "_s", "_w", "_c")
 
-_LABELS = {
+_LABELS = {  # what follows a bar stands in the form alone
     "adc_bits": "Converter bits",
     "adc_rate_hz": "Converter rate",
     "agc_headroom_db": "Automatic gain headroom",
     "azimuth_beamwidth_deg": "Beam width, azimuth",
     "bandwidth_hz": "Bandwidth",
-    "baseline_m": "Baseline",
+    "baseline_m": "Baseline| between the antennas",
     "calibrated_to": "Mean echo calibrated to",
     "cell_azimuth_deg": "Cell width",
     "cell_range_m": "Cell length",
@@ -46,15 +46,15 @@ _LABELS = {
     "nrcs": "Echo model",
     "nrcs_db": "Constant σ0",
     "peak_enhancement": "Peak enhancement γ",
-    "peak_period_s": "Peak period",
+    "peak_period_s": "Peak period| Tp",
     "polarization": "Polarization",
     "prf_hz": "Pulse repetition",
-    "radar.height_m": "Antenna height",
+    "radar.height_m": "Antenna height| above the sea",
     "range_m": "Range window",
     "range_sampling_m": "Gate spacing",
     "rcs_dbsm": "Radar cross-section",
     "resolution_m": "Spacing of the resolved waves",
-    "significant_wave_height_m": "Significant wave height",
+    "significant_wave_height_m": "Significant wave height| Hs",
     "spreading_exponent": "Spreading exponent s",
     "stc_exponent": "Sensitivity-time exponent",
     "stc_range_m": "Sensitivity-time range",
@@ -147,7 +147,7 @@ def label_of(key: str, alone: bool = False) -> str:
     *sections, leaf = (part for part in key.split(".") if not part.isdigit())
     for name in (".".join([*sections[-1:], leaf]), leaf):
         if name in _LABELS:
-            return _LABELS[name]
+            return _LABELS[name].split("|")[0] if alone else _LABELS[name].replace("|", "")
     ending = next((each for each in _ENDINGS if leaf.endswith(each)), "")
     words = " ".join([*(sections[-1:] if alone else ()), leaf.removesuffix(ending)]).replace("_", " ")
     return words[:1].upper() + words[1:]

@@ -332,15 +332,11 @@ def _key_items(scene: Scene) -> list[tuple[str, float | str]]:
     return items
 
 
-def _item_width(text: str) -> float:
-    return 0.46 + 0.05 * len(text)
-
-
 def _key_layout(scene: Scene) -> list[tuple[str, float | str, float, int]]:
     """Items of the key with their distance from the left [inches] and their row."""
     placed, left, row = [], 0.3, 0
     for text, symbol in _key_items(scene):
-        width = _item_width(text)
+        width = 0.46 + 0.05 * len(text)
         if left + width > style.WIDTH and left > 0.3:
             left, row = 0.3, row + 1
         placed.append((text, symbol, left, row))

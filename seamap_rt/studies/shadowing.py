@@ -61,7 +61,7 @@ def shadowing(
     `polarization` and `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
-    from .visible_tally import Light, common_meshing, lights, realised, tally, with_keys
+    from .visible_tally import Light, common_meshing, lights, realise, tally, with_keys
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -74,7 +74,7 @@ def shadowing(
     for number in range(seeds):
         pace.begin()
         pace.stage(f"trace of {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
-        _, sea = realised(scene, scene.seed + number)
+        _, sea = realise(scene, scene.seed + number)
         if window is None:
             window = _window_of(scenes[0], meshing, sea, bin_m)
         seeded = [with_keys(each, {"seed": scene.seed + number}) for each in scenes]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -63,37 +63,52 @@ def draw_trade(table: xr.Dataset) -> Figure:
     chosen = layout(table)
     alone = [key for key in table["status"].dims if key not in (*chosen, *chosen.panels, "seed")]
     single = table.isel(dict.fromkeys(alone, 0))
-    settings = list(itertools.product(*(range(table.sizes[key]) for key in chosen.panels)))
-    names = list(QUANTITIES) if len(settings) <= _MOST_COLUMNS else [_FIRST]
+    panels = _choices(table, chosen.panels)
+    names = list(QUANTITIES) if len(panels) <= _MOST_COLUMNS else [_FIRST]
     as_map = chosen.family is not None and not chosen.panels and table.sizes[chosen.family] > len(_FAMILY)
-    cells = [(name, at) for name in names for at in settings]
-    columns = len(names) if len(settings) == 1 else min(_MOST_COLUMNS, len(settings))
-    lines = -(-len(cells) // columns)
-    right = 0.35 if as_map else 0.12  # a colour bar's numbers
-    wide = (style.WIDTH - _LEFT - right - (columns - 1) * _GAP) / columns
-    high = 2.0 if columns < 3 or lines == 1 else 1.6
+    cells = [(name, *panel) for name in names for panel in panels]
+    columns = len(names) if len(panels) == 1 else min(_MOST_COLUMNS, len(panels))
     members = table.sizes[chosen.family] if chosen.family and not as_map else 0
-    top = _TOP + (_LEGEND * -(-members // _LEGEND_COLUMNS) + 0.2 if members else 0.0)
-    figure = style.new_figure(top + lines * (high + _GAP) + _FOOT)
-    for number, (name, at) in enumerate(cells):
-        line, column = divmod(number, columns)
-        axes = style.place(figure, _LEFT + column * (wide + _GAP), top + line * (high + _GAP), wide, high)
-        panel = single.isel(dict(zip(chosen.panels, at, strict=True)))
-        words = ", ".join(_words(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
-        style.graph(
-            axes,
-            words_of(chosen.along).label,
-            QUANTITIES[name],
-            f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})",
-        )
+    right = 0.35 if as_map else 0.12  # a colour bar's numbers
+    high = 2.0 if columns < 3 or len(cells) <= columns else 1.6
+    figure, places = _sheet(len(cells), columns, high, members, right=right, foot=_FOOT)
+    for number, (axes, (name, at, words)) in enumerate(zip(places, cells, strict=True)):
+        title = f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})"
+        style.graph(axes, words_of(chosen.along).label, QUANTITIES[name], title)
         if as_map:
-            _map(figure, axes, panel, name, chosen)
+            _map(figure, axes, single.isel(at), name, chosen)
         else:
-            _curves(axes, panel, name, chosen)
+            _curves(axes, single.isel(at), name, chosen)
     if members:
         _legend(figure, figure.axes[0], words_of(str(chosen.family)).label)
     _foot(figure, table)
     return figure
+
+
+def _choices(table: xr.Dataset, keys: Sequence[str]) -> list[tuple[dict[str, int], str]]:
+    """Every combination of the keys' values: by their places, and in words where there is a choice."""
+    places = [dict(zip(keys, at, strict=True)) for at in itertools.product(*(range(table.sizes[key]) for key in keys))]
+    return [(at, ", ".join(_words(table, k, i) for k, i in at.items() if table.sizes[k] > 1)) for at in places]
+
+
+def _sheet(
+    count: int,
+    columns: int,
+    high: float,
+    members: int,
+    a_line: int = _LEGEND_COLUMNS,
+    right: float = 0.12,
+    foot: float = 0.0,
+) -> tuple[Figure, list[Axes]]:
+    """Panels, `high` inches each, under a legend of so many members, a_line of them beside each other."""
+    lines, wide = -(-count // columns), (style.WIDTH - _LEFT - right - (columns - 1) * _GAP) / columns
+    top = _TOP + (_LEGEND * -(-members // a_line) + 0.2 if members else 0.0)
+    figure = style.new_figure(top + lines * (high + _GAP) + foot)
+    places = [divmod(number, columns) for number in range(count)]
+    return figure, [
+        style.place(figure, _LEFT + column * (wide + _GAP), top + line * (high + _GAP), wide, high)
+        for line, column in places
+    ]
 
 
 def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
@@ -216,34 +231,18 @@ def draw_quality(table: xr.Dataset) -> Figure:
     """Mean score against range for each value along, a panel for each choice of the other keys (the first six)."""
     chosen = layout(table)
     others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
-    settings = list(itertools.product(*(range(table.sizes[key]) for key in others)))[:_MOST_PANELS]
-    columns = min(_MOST_COLUMNS, len(settings))
-    lines, wide = -(-len(settings) // columns), (style.WIDTH - _LEFT - 0.12 - (columns - 1) * _GAP) / columns
-    top = _TOP + 0.2 + _LEGEND * -(-table.sizes[chosen.along] // _LEGEND_COLUMNS)
-    figure = style.new_figure(top + lines * (1.7 + _GAP))
-    scores = table["quality_by_range"].mean("seed")
-    for number, at in enumerate(settings):
-        line, column = divmod(number, columns)
-        axes = style.place(figure, _LEFT + column * (wide + _GAP), top + line * (1.7 + _GAP), wide, 1.7)
-        words = ", ".join(_words(table, key, i) for key, i in zip(others, at, strict=True) if table.sizes[key] > 1)
+    panels, members = _choices(table, others)[:_MOST_PANELS], table.sizes[chosen.along]
+    figure, places = _sheet(len(panels), min(_MOST_COLUMNS, len(panels)), 1.7, members)
+    found: list[tuple[xr.DataArray, str, float | None]] = [(table["quality_by_range"].mean("seed"), "-", None)]
+    if "outlook_quality_by_range" in table:
+        found.append((table["outlook_quality_by_range"], ":", 0.9))
+    for number, (axes, (at, words)) in enumerate(zip(places, panels, strict=True)):
         style.graph(axes, "Slant range (m)", "Mean score of all cells", f"({chr(97 + number)}) {words}")
-        here = scores.isel(dict(zip(others, at, strict=True)))
-        for value in range(table.sizes[chosen.along]):
-            axes.plot(
-                table["range"],
-                here.isel({chosen.along: value}),
-                color=_ramp(value, table.sizes[chosen.along]),
-                label=_value(table, chosen.along, value),
-            )
-            if "outlook_quality_by_range" in table:
-                at_once = table["outlook_quality_by_range"].isel(dict(zip(others, at, strict=True)))
-                axes.plot(
-                    table["range"],
-                    at_once.isel({chosen.along: value}),
-                    ":",
-                    color=_ramp(value, table.sizes[chosen.along]),
-                    linewidth=0.9,
-                )
+        for value in range(members):
+            for scores, dash, width in found:
+                here = scores.isel(at | {chosen.along: value})
+                label = _value(table, chosen.along, value) if dash == "-" else None
+                axes.plot(table["range"], here, dash, color=_ramp(value, members), linewidth=width, label=label)
         axes.axhline(LEVEL, color=style.GREY, linestyle="--", linewidth=0.6)
         axes.set_ylim(0.0, 1.0)
     _legend(figure, figure.axes[0], words_of(chosen.along).label)
@@ -255,25 +254,19 @@ def draw_shares(table: xr.Dataset) -> Figure:
     """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
     chosen = layout(table)
     others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
-    settings = list(itertools.product(*(range(table.sizes[key]) for key in others)))
-    varied = [key for key in others if table.sizes[key] > 1]
-    figure = style.new_figure(_TOP + 0.2 + _LEGEND * -(-len(settings) // 3) + 2.0 + _GAP)
-    wide = (style.WIDTH - _LEFT - 0.12 - _GAP) / 2
+    choices = _choices(table, others)
     names = {"gross_share": "Wrong by more than half Hs (%)", "missed_share": "Cells at 50–200 m without a height (%)"}
-    for column, (name, label) in enumerate(names.items()):
-        top = _TOP + 0.2 + _LEGEND * -(-len(settings) // 3)
-        axes = style.place(figure, _LEFT + column * (wide + _GAP), top, wide, 2.0)
-        style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + column)})")
+    figure, places = _sheet(len(names), len(names), 2.0, len(choices), a_line=3)
+    for number, (axes, (name, label)) in enumerate(zip(places, names.items(), strict=True)):
+        style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + number)})")
         x = _positions(axes, table, chosen.along)
-        for number, at in enumerate(settings):
-            here = table[name].isel(dict(zip(others, at, strict=True))).mean("seed")
-            words = ", ".join(_words(table, key, i) for key, i in zip(others, at, strict=True) if key in varied)
-            axes.plot(x, 100.0 * here, marker="o", markersize=3.0, color=_colour(number, len(settings)), label=words)
+        for place, (at, words) in enumerate(choices):
+            colour, here = _colour(place, len(choices)), table[name].isel(at).mean("seed")
+            axes.plot(x, 100.0 * here, marker="o", markersize=3.0, color=colour, label=words)
         axes.set_ylim(bottom=0.0)
-    if varied:
-        figure.legend(
-            *figure.axes[0].get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3
-        )
+    if len(choices) > 1:
+        drawn = figure.axes[0].get_legend_handles_labels()
+        figure.legend(*drawn, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3)
     return figure
 
 
@@ -302,9 +295,8 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
     costs = means(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
     given = [str(dim) for dim in reach.dims if str(dim).startswith(CIRCUMSTANCES) and dim != price]
     choices = [str(dim) for dim in reach.dims if dim not in given and dim != price]
-    settings = list(itertools.product(*(range(table.sizes[key]) for key in given)))
-    for number, at in enumerate(settings):
-        here = dict(zip(given, at, strict=True))
+    settings = [at for at, _ in _choices(table, given)]
+    for number, here in enumerate(settings):
         x, y = costs.isel(here).values.ravel(), reach.isel(here).values.ravel()
         known = np.isfinite(x) & np.isfinite(y)
         colour = _colour(number, len(settings))

@@ -119,7 +119,7 @@ class Point:
 
 
 def _short(value: Any) -> str:
-    return f"{value:.10g}" if isinstance(value, float) else worded(value)
+    return f"{value:.10g}" if isinstance(value, float) else write_value(value)
 
 
 def seeds_of(scene: Scene, seeds: int) -> list[int]:
@@ -155,7 +155,7 @@ def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> l
 def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
     if isinstance(values, str) or len(values) == 0:
         raise InputError(f"--vary {key}: must have a list of at least one value; {_FORM}")
-    words = [worded(value) for value in values]
+    words = [write_value(value) for value in values]
     if len(set(words)) < len(words):
         twice = next(value for value in words if words.count(value) > 1)
         raise InputError(f"--vary {key}: {twice} is named twice; name each value once")
@@ -168,7 +168,7 @@ def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
         raise InputError(f"--vary {key}: the scene's radar.antennas hold their own; vary radar.antennas.0 and so on")
 
 
-def worded(value: Any) -> str:
+def write_value(value: Any) -> str:
     """A value as text: one text for one value."""
     if isinstance(value, float) and value.is_integer():
         return str(int(value))
@@ -179,7 +179,7 @@ def labels(values: Sequence[Any]) -> NDArray:
     """Values as coordinates: numbers as numbers, all else as text."""
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return np.array(values, dtype=np.float64)
-    return np.array([worded(value) for value in values], dtype=object)
+    return np.array([write_value(value) for value in values], dtype=object)
 
 
 def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:

@@ -186,7 +186,7 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
-def realised(scene: Scene, seed: int) -> tuple[Scene, Sea]:
+def realise(scene: Scene, seed: int) -> tuple[Scene, Sea]:
     """The scene with another seed, and its sea: the very one that `simulate` draws for it."""
     scene = with_keys(scene, {"seed": seed})
     return scene, run_sea(scene)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.app.draft import Draft, growing_lists, parts_of, scene_schema
+from seamap_rt.app.draft import Draft, list_sections, parts_of, scene_schema
 from seamap_rt.app.safety import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
@@ -70,7 +70,7 @@ def test_people_read_and_write_frequencies_in_gigahertz() -> None:
 
 def test_every_key_of_a_scene_has_a_field(roots: Roots) -> None:
     draft = Draft.shipped("choppy_sea", roots)
-    for each in growing_lists():
+    for each in list_sections():
         for kind in each.kinds or ("",):
             draft.add(each.path, each.tag, kind)
     shown = {_without_numbers(field.key) for part in parts_of(draft.tree) for field in part.fields}

@@ -10,7 +10,7 @@ import xarray as xr
 from made_folders import TURNS, gauge_series, write_run
 
 from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import has_gauges, read_gauges, told_of
+from seamap_rt.app.study_views import has_gauges, read_gauges, view_gauge
 from seamap_rt.app.views import Source
 from seamap_rt.gauges import NoSpectrum, spectra
 from seamap_rt.io.appendable import AppendableNetCDF
@@ -67,7 +67,7 @@ def test_of_many_turns_those_up_to_the_one_that_is_looked_at_are_drawn() -> None
 
 def test_the_page_is_told_of_a_gauge_with_its_image(tmp_path: Path) -> None:
     write_run(tmp_path / "run")
-    told = told_of(Source(Results(tmp_path / "run")), 11, "of another run", dark=True)
+    told = view_gauge(Source(Results(tmp_path / "run")), 11, "of another run", dark=True)
     assert told is not None
     assert (told.names, told.name, told.place) == (["west"], "west", "At 60 m, 270°.")
     (image,) = told.images

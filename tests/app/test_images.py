@@ -22,7 +22,7 @@ from seamap_rt.app.forecast_view import read_ahead, verify_folder
 from seamap_rt.app.results import Results
 from seamap_rt.app.study_views import read_gauges, read_shadowing
 from seamap_rt.app.views import Source
-from seamap_rt.app.widgets import drawn
+from seamap_rt.app.widgets import draw_images
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import (
     ahead_picture,
@@ -125,7 +125,7 @@ def test_every_figure_of_the_page_is_legible_and_has_words(pictures: dict[str, P
         if np.ptp(to_rgb(before)) > 0.0:
             assert line.get_color() == before  # colours mean the same on any page
         assert _contrast(line.get_color(), figure.get_facecolor()) > 2.2 or line.get_color() == style.GRID
-    (image,) = drawn([pictures[kind]], dark)
+    (image,) = draw_images([pictures[kind]], dark)
     assert len(image.alt) > 20
     assert Opened.open(io.BytesIO(base64.b64decode(image.source.partition(",")[2]))).size[0] == 936
 

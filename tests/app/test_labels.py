@@ -18,7 +18,7 @@ _SAYS = {"download": "Download", "delete": "Delete"}
 def _buttons(source: str) -> Iterator[tuple[str, str]]:
     """Of each button that has an icon: the icon, and what the source says of it, its properties included."""
     for each in ast.walk(ast.parse(source)):
-        if isinstance(each, ast.Call) and ast.unparse(each.func) == "ui.button":
+        if isinstance(each, ast.Call) and ast.unparse(each.func) in ("ui.button", "flat_button", "round_button"):
             icon = next((k.value for k in each.keywords if k.arg == "icon"), None)
             lines = source.splitlines()[each.lineno - 1 : (each.end_lineno or each.lineno) + 2]
             yield str(getattr(icon, "value", "")), "\n".join(lines)

@@ -22,9 +22,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.checking import check
-from seamap_rt.app.draft import Draft, growing_lists, parts_of
+from seamap_rt.app.draft import Draft, list_sections, parts_of
 from seamap_rt.app.safety import Roots
-from seamap_rt.app.uploads import KINDS, keep, kept, kind_of_field
+from seamap_rt.app.uploads import KINDS, kind_of_field, list_uploads, save_upload
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
 
@@ -111,7 +111,7 @@ def roots(tmp_path: Path) -> Roots:
 def _keep(roots: Roots, kind: str, name: str, content: bytes) -> Path | None:
     """Where it is kept; None where it is refused, in one line."""
     try:
-        return keep(roots, kind, name, content, check=check)
+        return save_upload(roots, kind, name, content, check=check)
     except InputError as error:
         refusal = error
     assert "Traceback" not in str(refusal)
@@ -122,16 +122,16 @@ def _keep(roots: Roots, kind: str, name: str, content: bytes) -> Path | None:
 @pytest.mark.parametrize("name", [name for name in _VALID if name != "header.json"])
 def test_what_is_right_is_kept_under_its_name(roots: Roots, name: str) -> None:
     kind, content = _VALID[name]
-    path = keep(roots, kind, name, content, check=check)
+    path = save_upload(roots, kind, name, content, check=check)
     assert path == roots.uploads / name
     assert path.read_bytes() == content
     assert roots.holds(path)
-    assert path in kept(roots, kind)
+    assert path in list_uploads(roots, kind)
 
 
 def test_a_header_that_lacks_keys_is_refused_by_them(roots: Roots) -> None:
     with pytest.raises(InputError, match="pulse_width_s: is missing"):
-        keep(roots, *(_VALID["header.json"][0], "header.json", _VALID["header.json"][1]), check=check)
+        save_upload(roots, *(_VALID["header.json"][0], "header.json", _VALID["header.json"][1]), check=check)
     assert list(roots.uploads.iterdir()) == []
 
 
@@ -176,7 +176,7 @@ def test_whatever_it_is_called_it_lies_among_the_uploads(
     roots = Roots(tmp_path_factory.mktemp("names"))
     for given_name in (name, f"../{name}{KINDS[kind].endings[0]}", f"/etc/{name}\\..\\x{KINDS[kind].endings[0]}"):
         with contextlib.suppress(InputError):
-            path = keep(roots, kind, given_name, b"x", check=lambda *_: None)
+            path = save_upload(roots, kind, given_name, b"x", check=lambda *_: None)
             assert path.resolve().parent == roots.uploads.resolve()
             assert path.suffix.lower() in KINDS[kind].endings
 
@@ -233,20 +233,20 @@ def test_damaged_hdf5_is_a_file_or_a_line(tmp_path: Path) -> None:
 
 def test_what_is_too_large_or_of_another_kind_is_not_even_written(roots: Roots) -> None:
     with pytest.raises(InputError, match=r"must have at most 1"):
-        keep(roots, "header", "h.toml", b" " * (2**20 + 1), check=check)
+        save_upload(roots, "header", "h.toml", b" " * (2**20 + 1), check=check)
     with pytest.raises(InputError, match=r"must end in \.npz"):
-        keep(roots, "recording", "night.exe", b"x", check=check)
+        save_upload(roots, "recording", "night.exe", b"x", check=check)
     assert not roots.uploads.exists()
 
 
 def test_a_file_of_the_same_name_is_never_written_over(roots: Roots) -> None:
     """A run that was queued may read it yet."""
-    first = keep(roots, "motion", "boat.csv", _MOTION.encode(), check=check)
+    first = save_upload(roots, "motion", "boat.csv", _MOTION.encode(), check=check)
     other = _MOTION.replace(",1", ",1.5").encode()
-    second = keep(roots, "motion", "boat.csv", other, check=check)
+    second = save_upload(roots, "motion", "boat.csv", other, check=check)
     assert (first.name, second.name) == ("boat.csv", "boat-2.csv")
     assert first.read_bytes() == _MOTION.encode()
-    assert keep(roots, "motion", "boat.csv", other, check=check) == second
+    assert save_upload(roots, "motion", "boat.csv", other, check=check) == second
     assert _keep(roots, "motion", "boat.csv", b"damaged") is None
     assert sorted(each.name for each in roots.uploads.iterdir()) == ["boat-2.csv", "boat.csv"]
 
@@ -258,14 +258,14 @@ def test_the_process_that_checks_has_bounded_memory_and_says_a_line(roots: Roots
     with zipfile.ZipFile(file, "w") as packed:
         packed.writestr("lower.npy", head.getvalue())
     with pytest.raises(InputError, match=r"^night\.npz: declares 16 GB") as refused:
-        keep(roots, "recording", "night.npz", file.getvalue())
+        save_upload(roots, "recording", "night.npz", file.getvalue())
     assert len(refused.value.problems) == 1
     assert list(roots.uploads.iterdir()) == []
 
 
 def test_every_field_that_names_a_file_can_be_given_one(roots: Roots) -> None:
     draft = Draft.shipped("choppy_sea", roots)
-    for each in growing_lists():
+    for each in list_sections():
         for kind in each.kinds or ("",):
             draft.add(each.path, each.tag, kind)
     files = [field.key for part in parts_of(draft.tree) for field in part.fields if field.kind == "file"]

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.cli import main
 from seamap_rt.conventions import db
-from seamap_rt.products import link_words
+from seamap_rt.products import link
 from seamap_rt.products.link import PRODUCTS, draw, link_budget, mean_sea, ranges_of, simulated_power, write_link
 from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.radar.receiver import noise_power
@@ -272,5 +272,5 @@ def test_search_ends_at_the_unambiguous_range() -> None:
 
 
 def test_two_line_headings() -> None:
-    assert link_words._two_lines("SNR dB one pulse") == ("SNR one pulse", "dB")
-    assert link_words._two_lines("range") == ("range", "")
+    assert link._two_lines("SNR dB one pulse") == ("SNR one pulse", "dB")
+    assert link._two_lines("range") == ("range", "")

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 import seamap_rt as sr
 from seamap_rt.conventions import db
-from seamap_rt.design_outlook import likely
+from seamap_rt.design_outlook import estimate_outlook
 from seamap_rt.design_outlook.error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.design_outlook.strips import (
@@ -356,8 +356,10 @@ def test_a_magnetron_compares_no_pulses() -> None:
 
 
 def test_words_of_a_design_that_hears_nothing_name_the_echo_and_no_digits_of_nothing() -> None:
-    lines = list(outlook_rows(likely(scene(radar__height_m=60.0))))
+    lines = list(outlook_rows(estimate_outlook(scene(radar__height_m=60.0))))
     assert lines[1].startswith("the echo lacks, not the light")
     assert not any("e-" in line for line in lines)
-    assert "the echo lacks" not in "".join(outlook_rows(likely(scene(radar__height_m=60.0, radar__tilt_deg=10.0))))
-    assert "the echo lacks" not in "".join(outlook_rows(likely(scene())))
+    assert "the echo lacks" not in "".join(
+        outlook_rows(estimate_outlook(scene(radar__height_m=60.0, radar__tilt_deg=10.0)))
+    )
+    assert "the echo lacks" not in "".join(outlook_rows(estimate_outlook(scene())))

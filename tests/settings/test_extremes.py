@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from test_schema import NEEDED, SECTIONS, keys, kinds, model
 
-from seamap_rt.design_outlook import likely
+from seamap_rt.design_outlook import estimate_outlook
 from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import apply_overrides
@@ -94,7 +94,7 @@ def test_every_number_at_its_ends_is_refused_in_one_line_or_is_worked_out(where:
             try:
                 scene = scene_of(scene_at(where, name, value))
                 if where not in UNKNOWN_TO_THE_OUTLOOK:
-                    assert list(outlook_rows(likely(scene)))
+                    assert list(outlook_rows(estimate_outlook(scene)))
                 if where in OF_THE_LINK:
                     link_budget(scene, np.array([scene.radar.height_m + 10.0]))
             except InputError:  # of one line by its class
@@ -120,4 +120,4 @@ FILES = {
 def test_a_name_that_no_file_has_is_refused(key: str, name: str) -> None:
     tree = {"name": "mine", "sea": {"waves": [dict(NEEDED["JonswapWaves"])]}}
     with pytest.raises(InputError):
-        likely(scene_of(apply_overrides(tree, {**FILES[key], key: f"{name}.stl"})))
+        estimate_outlook(scene_of(apply_overrides(tree, {**FILES[key], key: f"{name}.stl"})))
