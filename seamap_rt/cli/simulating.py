@@ -171,7 +171,7 @@ def sea(
         raise InputError(f"{'--order' if order is not None else '--resume'}: is of a nonlinear sea; give --nonlinear")
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
     if times is not None:
-        from ..products.camera import times_of
+        from ..products.sampling import times_of
 
         times_of(times)  # is refused before the second in which the rest is loaded
     if nonlinear:

@@ -32,7 +32,7 @@ from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
 from ..session.pace import duration
-from .camera import refuse_if_too_large, times_of
+from .sampling import refuse_if_too_large, times_of
 from .writing import Progress
 
 _NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")

@@ -24,7 +24,8 @@ from ..sea import Sea, directional_density, spectral_system, wave_facts
 from ..settings import RandomWaves
 from ..simulation import Simulator
 from ..tracing import tracer
-from .camera import Camera, refuse_if_too_large, square, step, times_of
+from .camera import Camera
+from .sampling import refuse_if_too_large, square, step, times_of
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems
 _DIRECTIONS, _FREQUENCIES = 180, 240

@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Concatenate, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..compute.quadrature import gauss_legendre
+from ..compute.quadrature import bisect, gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
@@ -189,7 +188,7 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
     top = 1.0
     while excess(top) < 0.0:
         top *= 2.0
-    taper = scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12)
+    taper = bisect(excess, 0.0, top)
     return lambda cosine: _one_parameter(length * np.asarray(cosine, dtype=np.float64), taper)
 
 
@@ -223,10 +222,7 @@ def _beamwidth_deg(cut: Cut) -> float:
     before, after = low[low < peak], low[low > peak]
     if before.size == 0 or after.size == 0:
         return np.inf
-    start, stop = (
-        scipy.optimize.brentq(excess, float(angle[index]), float(angle[index + 1]), xtol=1e-12)
-        for index in (before[-1], after[0] - 1)
-    )
+    start, stop = (bisect(excess, float(angle[index]), float(angle[index + 1])) for index in (before[-1], after[0] - 1))
     return stop - start
 
 

@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..compute.quadrature import gauss_legendre
+from ..compute.quadrature import bisect, gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, db
 from ..settings import RadarSettings
 
@@ -173,8 +173,7 @@ class RangeResponse:
         step = 0.5 * SPEED_OF_LIGHT / (_POINTS * self.bandwidth_hz)
         offset, peak = np.arange(0.0, self.reach_m + step, step), float(self(0.0))
         first = int(np.argmax(self(offset) <= share * peak))
-        crossing = scipy.optimize.brentq(lambda r: float(self(r)) - share * peak, offset[first - 1], offset[first])
-        return float(crossing)  # type: ignore[arg-type]
+        return bisect(lambda r: float(self(r)) - share * peak, float(offset[first - 1]), float(offset[first]))
 
 
 @dataclass(frozen=True)

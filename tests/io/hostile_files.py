@@ -39,7 +39,7 @@ from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.turn_files import read_whole_turns
 from seamap_rt.prediction import read_capytaine
-from seamap_rt.products.recorded_sea import kept, state_file
+from seamap_rt.products.recorded_sea import load_state, state_file
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address
@@ -135,7 +135,7 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {  # the file's name, an
     "lock of a run": (".lock", lambda path: _nothing(holder_of(path))),
     "point of a trade": ("0.json", lambda path: _nothing(kept_point(path))),
     "scheduler": ("scheduler.json", lambda path: _address(str(path))),
-    "state of a nonlinear sea": (state_file(Path()).name, lambda path: kept(path.parent, {})),
+    "state of a nonlinear sea": (state_file(Path()).name, lambda path: load_state(path.parent, {})),
     "toml": ("b.toml", read_toml),
 }
 

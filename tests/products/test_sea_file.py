@@ -17,7 +17,8 @@ from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import check
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
-from seamap_rt.products.camera import Camera, facets_under, square
+from seamap_rt.products.camera import Camera, facets_under
+from seamap_rt.products.sampling import square
 from seamap_rt.products.writing import ROUNDING, SeaProducts, write_sea
 from seamap_rt.report.sea_statistics import chance_of_height, requested_height
 from seamap_rt.scene import Scene

@@ -17,7 +17,7 @@ from sea_products import DRAWINGS, PNG, scene, written
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError, NoBackend
 from seamap_rt.products import writing
-from seamap_rt.products.camera import square, times_of
+from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.writing import directional_spectrum
 from seamap_rt.report import style
 from seamap_rt.scene import Scene, load_scene
