@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose
 from seamap_rt.cli import main
 from seamap_rt.conventions import db
 from seamap_rt.products import link
-from seamap_rt.products.link import PRODUCTS, draw, link_budget, mean_sea, ranges_of, simulated_power, write_link
+from seamap_rt.products.link import PRODUCTS, link_budget, mean_sea, ranges_of, simulated_power, write_link
+from seamap_rt.products.link_figure import draw
 from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.radar.receiver import noise_power
 from seamap_rt.radar.waveform import unambiguous_range_m

@@ -201,14 +201,14 @@ import os, sys
 sys.path.insert(0, {tests!r})
 from pathlib import Path
 import test_recorded_sea as it
-keep, count = it.recorded_sea.keep, 0
+keep, count = it.recorded_sea.save_state, 0
 def killed(*given):
     global count
     count += 1
     if count == 5:  # the first is before all frames
         os._exit(9)  # the fourth frame is on file, its state is not
     keep(*given)
-it.recorded_sea.keep = killed
+it.recorded_sea.save_state = killed
 it.write(Path({folder!r}))
 """
 
