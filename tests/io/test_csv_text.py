@@ -74,7 +74,7 @@ def test_a_trade_over_a_hostile_value_that_is_refused_with_it_has_no_formula(tex
     table = xr.Dataset(coords={"sea.waves.0.file": [text, "-4"]})
     for name, value in (("status", "refused"), ("reason", f"{text}: cannot be read")):
         table[name] = ("sea.waves.0.file", [value, text])
-    for name in (*trade_table._OVERALL, *trade_table._DERIVED, *trade_table.COST):
+    for name in (*trade_table._COLUMNS, *trade_table.COST):
         table[name] = ("sea.waves.0.file", [-1.5, np.nan])
     read = _read(trade_table.rows(table))
     cells = [cell for row in read for cell in row]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ WATER = 55.0 - 37.5j
 POLARIZATIONS = ("VV", "HH")
 
 
-def light(height: NDArray[np.float64] | float, mast_m: float = 5.0) -> Illumination:
+def light(height: Callable[[NDArray[Any]], NDArray[Any]] | float, mast_m: float = 5.0) -> Illumination:
     """Of water that has the same height (rung,) [m] along each look, on rungs half a metre apart."""
     keys = {"radar.height_m": mast_m, "radar.baseline_m": 1e-3, "tracing.facet_m": 0.5}
     scene = load_scene("choppy_sea", keys | {"radar.range_m": [10.0, 150.0], "radar.sector_deg": [0.0, 2.0]})
@@ -36,7 +38,7 @@ def test_level_water_returns_all(polarization: str) -> None:
     assert np.abs(two_way_power(light(0.0), polarization, WATER, WAVE) - 1.0).max() < 1e-3
 
 
-def crest(at: NDArray[np.float64], radius_m: float) -> list[NDArray[np.float64]]:
+def crest(at: NDArray[Any], radius_m: float) -> list[NDArray[np.float64]]:
     """Height, slope and curvature of a crest at 60 m: a parabola that goes on as planes where its slope is 0.2."""
     away, edge = at - 60.0, 0.2 * radius_m
     beyond = np.abs(away) > edge

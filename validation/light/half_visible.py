@@ -67,7 +67,7 @@ def facets(case: Case, seed: int, resolved_alone: bool) -> Facets:
     inside = (place >= 0) & (place < range_m.size)
 
     def mean(power: Array) -> Array:
-        return np.bincount(place[inside], power[inside], range_m.size)
+        return np.bincount(place[inside], power[inside], range_m.size).astype(np.float64)
 
     faces, lit = mean(sine) > 0.0, np.maximum(sine, 0.0)
     powers = [(field.vv, lit / (lit + water())), (field.hh, lit)]
