@@ -61,14 +61,14 @@ class Workers(ThreadPoolExecutor):
         """They are kept; who leaves has waited for what was wanted."""
 
 
-_workers = cache(Workers)
+kept_workers = cache(Workers)
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_workers.cache_clear)  # a child has none of its parent's threads
+    os.register_at_fork(after_in_child=kept_workers.cache_clear)  # a child has none of its parent's threads
 
 
 def pool() -> Workers:
     """`threads()` of them. Whoever maps work on it must give the same bits for any number of them."""
-    return _workers(threads())
+    return kept_workers(threads())
 
 
 def in_blocks(work: Callable[[int, int], None], rows: int) -> None:

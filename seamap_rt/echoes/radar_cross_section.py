@@ -251,8 +251,8 @@ class Reached(NamedTuple):
     """The facets of some columns that a ray reaches."""
 
     columns: slice
-    column: NDArray[np.intp]  # (n,) of each
-    facet: NDArray[np.intp]
+    column: NDArray[np.int32]  # (n,) of each
+    facet: NDArray[np.int32]
     place: NDArray[np.intp]  # among all of these columns, one after the other
 
     @classmethod
@@ -260,8 +260,9 @@ class Reached(NamedTuple):
         """Of reached (column, facet), from one column to another."""
         part = reached[begin:end]
         place = np.flatnonzero(part)
-        column = np.repeat(np.arange(len(part)), np.count_nonzero(part, axis=1))
-        return cls(slice(begin, end), column + begin, place - column * part.shape[1], place)
+        column = np.repeat(np.arange(len(part), dtype=np.int32), np.count_nonzero(part, axis=1))
+        facet = (place - column * np.intp(part.shape[1])).astype(np.int32)
+        return cls(slice(begin, end), column + np.int32(begin), facet, place)
 
     def of(self, field: NDArray[Any]) -> NDArray[Any]:
         """A field (column, facet) on them (n,)."""

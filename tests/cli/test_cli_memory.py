@@ -136,7 +136,7 @@ def test_a_run_is_weighed_before_its_sea_is_drawn(monkeypatch: pytest.MonkeyPatc
     """By the estimate of the scene itself: more of a larger scene, and nothing is loaded for what does not fit."""
     scene = load_scene("tiny")
     need = run_bytes(scene)
-    monkeypatch.setattr("seamap_rt.simulation.resolve", lambda *_: pytest.fail("the sea was drawn"))
+    monkeypatch.setattr("seamap_rt.simulation.run_sea", lambda *_: pytest.fail("the sea was drawn"))
     monkeypatch.setattr(
         machine, "memory_limits", lambda: iter([machine.Limit(0.9 * need, 0.0, "the test", "give more")])
     )

@@ -240,7 +240,7 @@ def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.Monke
         lent.append(count)
         return machine.Workers(count)
 
-    monkeypatch.setattr(machine, "_workers", counted)
+    monkeypatch.setattr(machine, "kept_workers", counted)
     monkeypatch.setattr(machine, "cores", lambda: list(range(5)))
     turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, 0.01)
     assert lent == [5] * 6  # the fastest facet, sums, their transpose, pulses between nodes, noise, converter

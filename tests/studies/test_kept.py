@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt import resolved_scene
+from seamap_rt import resolved_scene, simulation
 from seamap_rt.resolved_scene import sea_key
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Sea
@@ -54,7 +54,8 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Sea]:
         return seas[-1]
 
     CACHE.forget()
-    monkeypatch.setattr(resolved_scene, "run_sea", noted)
+    for module in (resolved_scene, simulation):
+        monkeypatch.setattr(module, "run_sea", noted)
     return seas
 
 
