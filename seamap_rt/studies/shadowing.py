@@ -61,7 +61,7 @@ def shadowing(
     `polarization` and `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
-    from .visible_tally import Light, common_meshing, lights, realise, tally, with_keys
+    from .visible_tally import Light, Looks, common_meshing, lights, realise, tally, with_keys
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -71,17 +71,19 @@ def shadowing(
     meshing = common_meshing(scenes)
     result = [MastView() for _ in scenes]
     sea, window = None, None
+    from_deg = waves.from_deg if (waves := main_waves(scene)) else 0.0
     for number in range(seeds):
         pace.begin()
         pace.stage(f"trace of {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
         _, sea = realise(scene, scene.seed + number)
         if window is None:
-            window = _window_of(scenes[0], meshing, sea, bin_m)
+            window = _window_of(scenes[0], meshing, sea, bin_m, from_deg)
         seeded = [with_keys(each, {"seed": scene.seed + number}) for each in scenes]
         for mast, light in zip(result, lights(seeded, meshing, sea, tracer), strict=True):
             if isinstance(light, Light):
                 mast.lowest_m = light.lowest_m
-                mast.tallies.append(tally(light, window.looks, window.edges))
+                grid = light.facets.grid  # how far beyond the sector it goes follows from how this mast leans
+                mast.tallies.append(tally(light, Looks.of(grid, scene.radar, from_deg), window.edges))
             else:
                 mast.reason = mast.reason or light
     assert sea is not None
@@ -146,7 +148,7 @@ def _are_metres(heights_m: Sequence[float]) -> bool:
         return False
 
 
-def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
+def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float, from_deg: float) -> Window:
     from .visible_dataset import Window  # takes a second
     from .visible_tally import Looks
 
@@ -161,8 +163,7 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -
     edges = np.arange(np.ceil(near / bin_m - 1e-9), np.floor(far / bin_m + 1e-9) + 1.0) * bin_m
     if edges.size < 3:
         raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g},{far:g}] must hold two of them; shorten it")
-    waves = main_waves(scene)
-    looks = Looks.of(grid, scene.radar, waves.from_deg if waves else 0.0)
+    looks = Looks.of(grid, scene.radar, from_deg)
     return Window(grid, looks, edges, meshing.columns_per_beam or 0)
 
 

@@ -123,6 +123,15 @@ def test_what_is_seen_stands_above_the_mean(choppy: xr.Dataset) -> None:
     assert (np.diff(bias) < 0.0).all()  # the lower the mast, the more it is crests
 
 
+def test_masts_that_lean_otherwise_are_counted_in_the_same_sectors() -> None:
+    """A boat on the waves leans by sea and mast, so that meshes go on beyond the sector by other numbers of columns."""
+    keys = {"platform.motion": "wave_following", "platform.length_m": 3.0, "platform.beam_m": 1.5}
+    seen = {"radar.range_m": [15.0, 150.0], "radar.sector_deg": LOOKING}
+    data = shadowing(load_scene("choppy_sea", keys | seen), [2.0, 12.0], 3)
+    assert data["share"].notnull().all()
+    assert (data["visible_fraction"].sel(height=12.0) >= data["visible_fraction"].sel(height=2.0)).mean() > 0.8
+
+
 def test_a_drowned_mast_is_a_row_with_its_reason() -> None:
     data = shadowing(
         load_scene("sinusoid", {"radar.range_m": [15.0, 100.0], "radar.sector_deg": LOOKING}), [0.5, 5.0], 1
