@@ -68,7 +68,7 @@ def refuse_semicolons(header: str, called: str) -> None:
         )
 
 
-_FORMULA = tuple("=+-@\t＝＋－＠")  # that spreadsheets begin one with, some of them in full width
+_FORMULA = re.compile(r"\s*[=+\-@\t＝＋－＠]")  # that spreadsheets begin one with, some of them in full width
 
 
 def csv_text(rows: Iterable[Iterable[Any]], digits: int = 10) -> str:
@@ -86,7 +86,7 @@ def _cell(value: Any, digits: int) -> str:
     if isinstance(value, float):
         return "" if math.isnan(value) else f"{value:.{digits}g}"
     text = " ".join(str(value).splitlines())
-    if not text.lstrip(" ").startswith(_FORMULA):
+    if not _FORMULA.match(text):
         return text
     try:
         float(text)
