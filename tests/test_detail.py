@@ -160,8 +160,8 @@ def maps(made: Scene, surface: Any = None) -> tuple[Any, ...]:
     if surface is not None:
         simulator.__dict__["surface"] = surface  # one calibration for all
     facets, returns, _ = simulator.light(0)
-    found = expected_look_gates(facets, returns.rcs, simulator.radar, 1.8)
-    truth = polar_truth(facets, returns.rcs, simulator.radar, made.retrieval, 0)
+    found = expected_look_gates(facets, returns.rcs, simulator.installation, 1.8)
+    truth = polar_truth(facets, returns.rcs, simulator.installation, made.retrieval, 0)
     return found, truth["visible_fraction"].values[0], simulator.surface
 
 

@@ -15,7 +15,7 @@ from ..conventions import SPEED_OF_LIGHT, unit_from_azimuth, wrap_degrees
 from ..errors import InputError
 from ..io.meshfile import load_mesh
 from ..mesh import Facets, SurfaceMesh
-from ..radar.mast import ArrayPose, Mast
+from ..radar.installation import ArrayPose, Installation
 from ..radar.pose import boat_axes
 from ..radar.scan import Pulses
 from ..scene import Scene
@@ -42,8 +42,8 @@ class _Frame:
 class Scenery:
     """All objects of a scene. Raises InputError for a mesh that cannot be read, or that encloses an antenna."""
 
-    def __init__(self, scene: Scene, mast: Mast) -> None:
-        self._scene, self._mast = scene, mast
+    def __init__(self, scene: Scene, installation: Installation) -> None:
+        self._scene, self._installation = scene, installation
         self._world, self._boat = (self._frame(name) for name in ("world", "boat"))
         if self.there:
             self._refuse_if_enclosing()
@@ -55,7 +55,7 @@ class Scenery:
 
     def _refuse_if_enclosing(self) -> None:
         moments = min(_MOMENTS * self._scene.turns, _MOST_MOMENTS) + 1
-        track = self._mast.pose(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
+        track = self._installation.pose(np.linspace(0.0, self._scene.turns * self._installation.period, moments))
         try:
             refuse_if_enclosing(self._world.occluder, track.positions)
             refuse_if_enclosing(self._boat.occluder, self._aboard(track, track.positions))
@@ -85,7 +85,7 @@ class Scenery:
     def _foot(self, pose: ArrayPose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The foot of the mast (n, 3) at the waterline, and the boat's axes (n, 3, 3) there."""
         axes = boat_axes(pose.attitude)
-        return pose.origin - self._scene.radar.height_m * axes[:, 2], axes
+        return pose.origin - self._installation.radar.height_m * axes[:, 2], axes
 
     # ------------------------------------------------------------------------------------------ what they hide
 
@@ -146,7 +146,7 @@ class Scenery:
         return total
 
     def _echoes(self, frame: _Frame, aboard: bool, skyline: Skyline, pulses: Pulses) -> NDArray[np.complex64]:
-        radar, pose = self._mast.radar, pulses.pose
+        installation, pose = self._installation, pulses.pose
         centres, azimuth = pose.positions, pulses.azimuth
 
         def sees(eyes: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -167,18 +167,19 @@ class Scenery:
             (lambda eyes, ends: np.ones(len(ends), dtype=bool)) if aboard else sees,
             centres,
             azimuth,
-            wavelength_m=SPEED_OF_LIGHT / radar.frequency_hz,
+            wavelength_m=SPEED_OF_LIGHT / installation.radar.frequency_hz,
             seed=self._scene.seed,
         )
         if not aboard:
-            return scatterer_voltages(radar, pulses, points, areas, np.zeros_like(points), sight=sight)
+            return scatterer_voltages(installation, pulses, points, areas, np.zeros_like(points), sight=sight)
         # A point of the boat goes with it: where it is when the beam passes it, and as fast.
         time = np.interp(_bearing(points), *_by_bearing(azimuth, pulses.time))
         before, now, after = (
-            to_world(points, *self._foot(self._mast.pose(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
+            to_world(points, *self._foot(self._installation.pose(time + late)))
+            for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
         )
         speeds = (after - before) / _STEP
-        return scatterer_voltages(radar, pulses, now - speeds * time[:, None], areas, speeds, sight=sight)
+        return scatterer_voltages(installation, pulses, now - speeds * time[:, None], areas, speeds, sight=sight)
 
 
 def _bearing(points: NDArray[np.float64]) -> NDArray[np.float64]:

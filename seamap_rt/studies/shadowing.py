@@ -25,7 +25,7 @@ from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
 from ..report.reduce import main_waves
-from ..resolved_scene import masts
+from ..resolved_scene import installation_of
 from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..session.pace import Pace
@@ -152,8 +152,8 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float, f
     from .visible_dataset import Window  # takes a second
     from .visible_tally import Looks
 
-    mast = masts(scene, sea).true
-    grid = polar_grid(mast.radar, meshing, 0, mast)
+    mast = installation_of(scene, sea)
+    grid = polar_grid(mast, meshing, 0)
     rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
     if bin_m < LEAST_RUNGS_A_BIN * rung:
         least = LEAST_RUNGS_A_BIN * rung

@@ -45,7 +45,7 @@ def gates(scene: Scene) -> tuple[np.ndarray, ...]:
     """Range, power and coherence of a look in the expectation over speckle."""
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(0)
-    found = expected_look_gates(facets, returns.rcs, simulator.radar, 1.8)
+    found = expected_look_gates(facets, returns.rcs, simulator.installation, 1.8)
     covariance, power = found.covariance[0], found.power[0, 0][0]
     return found.range, power, np.abs(covariance) / power
 

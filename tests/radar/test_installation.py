@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.errors import InputError
-from seamap_rt.radar.mast import Mast, column_frame, turn_duration
+from seamap_rt.radar.installation import Installation, column_frame, turn_duration
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.radar.pose import boat_axes
 from seamap_rt.radar.scan import phase_centres
@@ -33,8 +34,8 @@ SWINGING = {
 ASIDE = {"antennas": [{"offset_m": [0.3, -0.1, 0.0]}, {"offset_m": [-0.2, 0.05, 0.25]}]}
 
 
-def mast_of(platform: dict[str, Any] | None = None, **radar: Any) -> Mast:
-    return Mast(RadarSettings.model_validate(radar), PlatformSettings.model_validate(platform or {}))
+def mast_of(platform: dict[str, Any] | None = None, **radar: Any) -> Installation:
+    return Installation(RadarSettings.model_validate(radar), PlatformSettings.model_validate(platform or {}))
 
 
 # ---------------------------------------------------------------------------------------------------------- at rest
@@ -107,7 +108,7 @@ def test_a_pitch_shifts_the_mast_aft() -> None:
     assert_allclose(pose.origin, np.tile((-5.0 * sine, 0.0, 5.0 * cosine), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
 
 
-def exact_position(mast: Mast, platform: PlatformSettings, lever: Any, antenna: int, time: float) -> NDArray:
+def exact_position(mast: Installation, platform: PlatformSettings, lever: Any, antenna: int, time: float) -> NDArray:
     """The position of a phase centre in 40 digits: rotations of the words in `pose`, one after the other."""
     with mpmath.workdps(40):
         t, radians = mpmath.mpf(time), mpmath.pi / 180
@@ -194,8 +195,8 @@ def test_a_pose_is_what_its_parts_say() -> None:
 
 def test_a_mast_with_errors_is_known_without_them() -> None:
     radar = RadarSettings(baseline_error_m=0.02, baseline_m=0.5)
-    true = Mast(radar)
-    sensed = true.sensed(true.motion)
+    true = Installation(radar)
+    sensed = replace(true, sensors=true.motion).sensed
     between = [np.diff(mast.pose(TIMES).positions, axis=1)[..., 2] for mast in (true, sensed)]
     assert_allclose(between[0], 0.52, rtol=1e-14)
     assert_allclose(between[1], 0.5, rtol=1e-14)
@@ -215,7 +216,7 @@ def test_a_sensed_heading_that_is_wrong_does_not_turn_the_turntable(recorded: bo
         state = true.motion(times)
         return BoatState(state.position, state.attitude + np.array([0.0, 0.0, 2.0]))
 
-    sensed = true.sensed(compass)
+    sensed = replace(true, sensors=compass).sensed
     apart = wrap_degrees(sensed.pose(TIMES).bearing - true.pose(TIMES).bearing)
     assert_allclose(apart, 2.0, rtol=0.0, atol=1e-11)
     assert_allclose(sensed.pose(TIMES).origin, true.pose(TIMES).origin, rtol=0.0, atol=1e-14)
