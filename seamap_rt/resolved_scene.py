@@ -32,7 +32,7 @@ def check_record(scene: Scene, sea: Sea) -> None:
     if sea.patch is not None:  # of cameras, which do not see all
         from .sea.recorded import check_gaps
 
-        check_gaps(sea, scene.turns * turn + _LAST_BEAM_S)
+        check_gaps(sea.trains, scene.turns * turn + _LAST_BEAM_S)
 
 
 def sea_key(scene: Scene) -> tuple[object, ...]:

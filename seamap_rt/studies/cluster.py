@@ -34,8 +34,7 @@ from ..compute.machine import cores
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.opening import read_json
-from .point import Outcome, SchedulerLost, Task, compute, ended
-from .trade import BySea
+from .point import BySea, Outcome, SchedulerLost, Task, compute, ended
 
 _KEYS = (
     "tls_ca_file",

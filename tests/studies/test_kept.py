@@ -17,9 +17,8 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies import point, trade
-from seamap_rt.studies.point import CACHE, Outcome, Task, compute
+from seamap_rt.studies.point import CACHE, BySea, Outcome, Task, compute
 from seamap_rt.studies.sweep import Sweep
-from seamap_rt.studies.trade import BySea
 
 HEIGHTS = {"radar.height_m": [3.0, 5.0, 6.0]}
 
