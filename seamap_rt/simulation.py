@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -106,6 +105,7 @@ class Simulator:
         self._scattering = SeaSurface(
             scene.scattering, radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
         )
+        self._surface = None if self._scattering.needs_calibration else self._scattering
         self.unresolved = UnresolvedWaves.of(scene, self.sea.resolved.wavenumber_limit)
         self.scenery = Scenery(scene, self.installation)
         self._refuse_if_under_water()
@@ -163,11 +163,14 @@ class Simulator:
                     light = self.shaded(light)
         return light
 
-    @cached_property
+    @property
     def surface(self) -> SeaSurface:
         """How the sea scatters, its mean found once on samples of the whole circle, for all turns and any sector."""
-        if not self._scattering.needs_calibration:
-            return self._scattering
+        if self._surface is None:
+            self._surface = self._calibrated()
+        return self._surface
+
+    def _calibrated(self) -> SeaSurface:
         grid, columns = circle_grid(self.installation.radar, self.scene.meshing)
         scattering, diffraction = self.scene.scattering, self.scene.tracing.diffraction
         light = tracer("horizon", self.installation.radar, scattering, diffraction=diffraction)
@@ -187,7 +190,7 @@ class Simulator:
         begun = time.perf_counter()
         fired = pulses(installation, number)
         clock.seconds["calibrate"] = 0.0
-        if self._scattering.needs_calibration and "surface" not in self.__dict__:
+        if self._surface is None:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)

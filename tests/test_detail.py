@@ -158,7 +158,7 @@ def maps(made: Scene, surface: Any = None) -> tuple[Any, ...]:
     """Power, phase times range, visible share in the expectation, and the scattering surface."""
     simulator = Simulator(made)
     if surface is not None:
-        simulator.__dict__["surface"] = surface  # one calibration for all
+        simulator._surface = surface  # one calibration for all
     facets, returns, _ = simulator.light(0)
     found = expected_look_gates(facets, returns.rcs, simulator.installation, 1.8)
     truth = polar_truth(facets, returns.rcs, simulator.installation, made.retrieval, 0)

@@ -72,7 +72,7 @@ class Installation:
         if self.motion is None:
             object.__setattr__(self, "motion", boat_motion(self.platform))
 
-    @cached_property
+    @property
     def sensed(self) -> Installation:
         """The same as the boat's sensors have it: antennas stand where they are thought to, and the turntable's zero
         stays where it is. Where nothing is measured, itself."""

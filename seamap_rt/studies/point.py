@@ -7,7 +7,6 @@ its traced scenes to the next one in the same process, on which results do not d
 from __future__ import annotations
 
 import contextlib
-import gc
 import hashlib
 import json
 import os
@@ -60,8 +59,7 @@ class SimulatorCache:
             return self._remembering(Simulator(scene))
         sea, rays = before.sea if before.has_sea_of(scene) else None, before.ray_scenes
         if sea is None:
-            del before
-            gc.collect()  # before the next sea takes memory: a sea refers to itself
+            del before  # before the next sea takes memory
             return self._remembering(Simulator(scene, None, rays))
         return Simulator(scene, sea, rays)
 
@@ -79,8 +77,7 @@ class SimulatorCache:
 
     def forget(self) -> None:
         """Free it now."""
-        if self._taken() is not None:
-            gc.collect()
+        self._taken()
 
     def _taken(self) -> Simulator | None:
         with self._lock:
@@ -162,7 +159,6 @@ def _outcome(task: Task, clock: Stopwatch) -> Outcome:
         outcome = ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
     except Exception as error:
         outcome = ended(task, "failed", f"{type(error).__name__}: {error}")
-    gc.collect()  # a sea refers to itself, and the collector does not see how large it is
     return outcome
 
 

@@ -89,7 +89,7 @@ def maps(case: str, mesh: tuple[float, int], surface: SeaSurface | None) -> tupl
     scene = sr.load_scene(name, {**keys, "tracing.facet_m": mesh[0], "tracing.columns_per_beam": mesh[1]})
     simulator = Simulator(scene)
     if surface is not None:
-        simulator.__dict__["surface"] = surface
+        simulator._surface = surface
     facets, returns, _ = simulator.light(0)
     gates = expected_look_gates(facets, returns.rcs, simulator.installation, scene.retrieval.cell_azimuth_deg)
     visible = polar_truth(facets, returns.rcs, simulator.installation, scene.retrieval, 0)["visible_fraction"].values[0]

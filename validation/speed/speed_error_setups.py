@@ -98,7 +98,7 @@ class Bench:
         radar = made.installation.radar.model_copy(update={"prf_hz": prf})
         made.installation = replace(made.installation, radar=radar)
         made.sea = sea or self.whole.sea
-        made.__dict__["surface"] = self.whole.surface
+        made._surface = self.whole.surface
         made._trace = _tracer("facets", made.scene)
         return made
 
