@@ -82,7 +82,7 @@ class Prospects:
 def prospects(scene: Scene) -> Prospects:
     """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
     with _LOCK:
-        return _prospects(scene)
+        return _prospects(scene)  # type: ignore[arg-type]  # frozen, and so hashable
 
 
 @lru_cache(maxsize=64)
