@@ -12,8 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from ..compute.locks import Held, holder_of, locked
-from ..compute.scratch import clear_dead
+from ..compute.locks import Held, clear_dead, holder_of, locked
 from ..errors import InputError
 from .opening import read_json
 

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..compute.scratch import scratch_folder
+from ..compute.locks import scratch_folder
 from ..errors import InputError, is_interruption
 from ..scene import SceneLike, as_scene
 from ..session.pace import duration

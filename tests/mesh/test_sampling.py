@@ -10,7 +10,8 @@ import pytest
 
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.mesh.sampling import sampling_errors
-from seamap_rt.mesh.sizing import level_facet, range_cell
+from seamap_rt.mesh.sizing import level_facet
+from seamap_rt.radar.waveform import range_cell
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 
