@@ -81,7 +81,7 @@ class Installation:
     @cached_property
     def array(self) -> Array:
         """Its antennas and their mode."""
-        return antenna_array(self.radar)
+        return antenna_array(self.radar) if self.true is None else self.true.array
 
     @cached_property
     def response(self) -> RangeResponse:
