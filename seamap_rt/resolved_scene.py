@@ -1,16 +1,14 @@
-"""A scene turned into what it stands for, once, at the start: the radar as it looks, the sea, and the mast on its boat.
+"""A scene turned into what it stands for, once, at the start: the sea, and the radar on its boat.
 
 Subpackages take these as arguments, so that no settings are resolved twice.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from .errors import InputError
 from .radar.array import as_it_looks
-from .radar.mast import Mast
-from .radar.platform import Sensors, boat_motion
+from .radar.installation import Installation
+from .radar.platform import BoatMotion, Sensors, boat_motion
 from .random_streams import Stream, branch
 from .scattering.breaking import memory_rate
 from .scene import Scene
@@ -18,14 +16,6 @@ from .sea import Sea, realize
 from .sea.systems import file_versions
 
 _LAST_BEAM_S = 0.1  # for which the last pulses hear what the beam has passed
-
-
-class Masts(NamedTuple):
-    """The same mast twice: where it is, and where the boat's sensors say it is. `true.radar` is the radar as it looks:
-    with the sector that its beam truly scans."""
-
-    true: Mast
-    sensed: Mast
 
 
 def check_record(scene: Scene, sea: Sea) -> None:
@@ -42,7 +32,7 @@ def check_record(scene: Scene, sea: Sea) -> None:
     if sea.patch is not None:  # of cameras, which do not see all
         from .sea.recorded import check_gaps
 
-        check_gaps(sea, scene.turns * turn + _LAST_BEAM_S)
+        check_gaps(sea.trains, scene.turns * turn + _LAST_BEAM_S)
 
 
 def sea_key(scene: Scene) -> tuple[object, ...]:
@@ -62,13 +52,13 @@ def run_sea(scene: Scene) -> Sea:
         raise InputError(f"sea: {error}") from None
 
 
-def masts(scene: Scene, sea: Sea | None = None) -> Masts:
-    """The mast as it moves, and as the sensors have it. sea: the run's; made here if the boat follows it.
+def installation_of(scene: Scene, sea: Sea | None = None, motion: BoatMotion | None = None) -> Installation:
+    """The radar on its boat. sea: the run's; made here if the boat follows it. motion: the boat's, in place of what
+    `scene.platform` says of it.
 
     Raises InputError if the boat's motion is not known for as long as the scene lasts.
     """
-    if scene.platform.motion == "wave_following" and sea is None:
+    if motion is None and sea is None and scene.platform.motion == "wave_following":
         sea = run_sea(scene)
-    motion = boat_motion(scene.platform, sea)
-    true = Mast(as_it_looks(scene.radar), scene.platform, motion)
-    return Masts(true, true.sensed(Sensors(scene.platform.sensors, motion, scene.seed)))
+    platform, motion = scene.platform, motion or boat_motion(scene.platform, sea)
+    return Installation(as_it_looks(scene.radar), platform, motion, Sensors(platform.sensors, motion, scene.seed))

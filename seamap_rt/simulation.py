@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -26,9 +25,9 @@ from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid, circle_grid
 from .mesh.surface import sea_on_grid, submerged_lines
-from .radar.array import antenna_array
+from .radar.platform import BoatMotion
 from .radar.scan import Pulses, pulses
-from .resolved_scene import check_record, masts, run_sea, sea_key
+from .resolved_scene import check_record, installation_of, run_sea, sea_key
 from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
 from .scene.agreement import run_bytes
@@ -79,10 +78,17 @@ class Simulator:
     so shares no random number with speckle and noise: `sea.realize(scene.sea, scene.seed)` is another one.
     """
 
-    def __init__(self, scene: Scene, sea: Sea | None = None, ray_scenes: RayScenes | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        sea: Sea | None = None,
+        ray_scenes: RayScenes | None = None,
+        motion: BoatMotion | None = None,
+    ) -> None:
         """sea, ray_scenes: of another run in this process that is over, to be used again instead of being made anew:
-        its sea, if it has the sea of this scene too, and the scenes that it traced. They change no bit."""
-        if any(element.antenna.everywhere for element in antenna_array(scene.radar).elements):
+        its sea, if it has the sea of this scene too, and the scenes that it traced. They change no bit.
+        motion: of the boat at any times (n,) s, asked turn by turn; left out, what `scene.platform` says."""
+        if any(each.pattern == "isotropic" for each in scene.radar.antennas or (scene.radar.antenna,)):
             raise InputError(
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
@@ -92,17 +98,16 @@ class Simulator:
         self._sea_key = sea_key(scene)
         self.scene, self.sea = scene, sea or run_sea(scene)
         check_record(scene, self.sea)
-        self.mast, self.sensed = masts(scene, self.sea)
-        self.radar = self.mast.radar  # as it looks
+        self.installation = installation_of(scene, self.sea, motion)
+        radar = self.installation.radar
         self.ray_scenes: RayScenes = {} if ray_scenes is None else ray_scenes
-        self._trace = tracer(
-            scene.tracing.tracer, scene.radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes
-        )
+        self._trace = tracer(scene.tracing.tracer, radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes)
         self._scattering = SeaSurface(
-            scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
+            scene.scattering, radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
         )
+        self._surface = None if self._scattering.needs_calibration else self._scattering
         self.unresolved = UnresolvedWaves.of(scene, self.sea.resolved.wavenumber_limit)
-        self.scenery = Scenery(scene, self.mast)
+        self.scenery = Scenery(scene, self.installation)
         self._refuse_if_under_water()
 
     def has_sea_of(self, scene: Scene) -> bool:
@@ -113,7 +118,7 @@ class Simulator:
         """The meshed sea of a turn."""
         clock = clock or Stopwatch()
         with clock("mesh"):
-            grid = polar_grid(self.radar, self.scene.meshing, turn, self.mast)
+            grid = polar_grid(self.installation, self.scene.meshing, turn)
         return self._mesh(grid, clock)
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
@@ -158,13 +163,17 @@ class Simulator:
                     light = self.shaded(light)
         return light
 
-    @cached_property
+    @property
     def surface(self) -> SeaSurface:
         """How the sea scatters, its mean found once on samples of the whole circle, for all turns and any sector."""
-        if not self._scattering.needs_calibration:
-            return self._scattering
-        grid, columns = circle_grid(self.scene.radar, self.scene.meshing)
-        light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
+        if self._surface is None:
+            self._surface = self._calibrated()
+        return self._surface
+
+    def _calibrated(self) -> SeaSurface:
+        grid, columns = circle_grid(self.installation.radar, self.scene.meshing)
+        scattering, diffraction = self.scene.scattering, self.scene.tracing.diffraction
+        light = tracer("horizon", self.installation.radar, scattering, diffraction=diffraction)
         mesh = self._mesh(grid, Stopwatch())
         return self._scattering.calibrated(self.shaded(light(mesh.levelled)), mesh.strain, columns)
 
@@ -177,11 +186,11 @@ class Simulator:
 
         told: called with the name of each step as it begins.
         """
-        scene, clock = self.scene, Stopwatch(told=told)
+        scene, installation, clock = self.scene, self.installation, Stopwatch(told=told)
         begun = time.perf_counter()
-        fired = pulses(self.radar, number, self.mast)
+        fired = pulses(installation, number)
         clock.seconds["calibrate"] = 0.0
-        if self._scattering.needs_calibration and "surface" not in self.__dict__:
+        if self._surface is None:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
@@ -193,20 +202,21 @@ class Simulator:
             if returns.running is not None:
                 moving = replace(light, velocity_look=light.velocity_look + returns.running)
             speckle = scene.seed, scene.scattering.decorrelation_time_s
-            received = turn_echoes(moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, neglected)
+            received = turn_echoes(
+                moving, returns.rcs, installation, fired, *speckle, returns.motion, objects, neglected
+            )
         with clock("truth"):
-            truth = polar_truth(light, returns.rcs, self.radar, scene.retrieval, number)
+            truth = polar_truth(light, returns.rcs, installation, scene.retrieval, number)
         rays, facets = light.rays, mesh.facets
         del light, returns, moving  # before more is made
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
-            echoes = echo_dataset(
-                self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
-            )
+            polarization = scene.scattering.polarization
+            echoes = echo_dataset(installation, [fired], [received], polarization, [under_water], number)
         with clock("truth"):
-            ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)
-            known = where_known(truth, self.sea, self.mast, scene.retrieval)
+            ground = ground_truth(self.sea, installation, scene.retrieval, number)
+            known = where_known(truth, self.sea, installation, scene.retrieval)
             resolved = self.sea.resolved
             if resolved.record_start_s is not None:  # to lay the record's own gauges beside
                 zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
@@ -227,8 +237,8 @@ class Simulator:
         return float(np.mean(self.sea.folded(east, north, grid.time[lines, None])))
 
     def _refuse_if_under_water(self) -> None:
-        radar = self.scene.radar
-        centre = self.mast.pose(np.zeros(1)).positions[0]
+        radar = self.installation.radar
+        centre = self.installation.pose(np.zeros(1)).positions[0]
         level = self.sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))
         if (level >= centre[:, 2]).any():
             worst = int(np.argmax(level - centre[:, 2]))
@@ -259,12 +269,12 @@ def expected(scene: SceneLike, turn: int = 0, spikes: bool = False) -> xr.Datase
         scene = scene.model_copy(update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})})
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
-    gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
+    gates = expected_look_gates(facets, returns.rcs, simulator.installation, scene.retrieval.cell_azimuth_deg)
     return build(
         "expected",
         {"power": gates.power, "covariance": gates.covariance},
         {
-            "azimuth": (simulator.radar.sector_deg[0] + gates.sweep) % 360.0,
+            "azimuth": (simulator.installation.radar.sector_deg[0] + gates.sweep) % 360.0,
             "range": gates.range,
             "transmitter": range(gates.power.shape[0]),
             "receiver": range(gates.power.shape[1]),

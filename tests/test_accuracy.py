@@ -36,7 +36,7 @@ def turns_of(polarization: str, seed: int) -> tuple[Turn, Turn]:
     changes |= {"scattering.polarization": polarization, "seed": seed}
     simulator = Simulator(load_scene("choppy_sea", changes))
     quiet = simulator.turn(0)
-    return quiet, modes.with_noise(quiet, simulator.scene.radar, seed, simulator.mast)
+    return quiet, modes.with_noise(quiet, simulator.scene.radar, seed, simulator.installation)
 
 
 @cache

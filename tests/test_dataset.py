@@ -21,6 +21,7 @@ from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.io.process import uninterrupted
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import load_scene
@@ -173,13 +174,13 @@ def echo_turns(count: int) -> list[xr.Dataset]:
     random = np.random.default_rng(3)
     turns = []
     for number in range(count):
-        fired = pulses(radar, number)
+        fired = pulses(Installation(radar), number)
         shape = (fired.number.size, 2, gates(radar).size)
         voltage = (random.normal(size=shape) + 1j * random.normal(size=shape)).astype(np.complex64) * 1e-7
         drowned = np.zeros(shape[0], dtype=bool)
         drowned[5 + number] = True
         voltage[drowned] = np.nan
-        turns.append(echo_dataset(radar, [fired], [voltage], "HH", [drowned], first_turn=number))
+        turns.append(echo_dataset(Installation(radar), [fired], [voltage], "HH", [drowned], first_turn=number))
     return turns
 
 

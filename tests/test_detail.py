@@ -158,10 +158,10 @@ def maps(made: Scene, surface: Any = None) -> tuple[Any, ...]:
     """Power, phase times range, visible share in the expectation, and the scattering surface."""
     simulator = Simulator(made)
     if surface is not None:
-        simulator.__dict__["surface"] = surface  # one calibration for all
+        simulator._surface = surface  # one calibration for all
     facets, returns, _ = simulator.light(0)
-    found = expected_look_gates(facets, returns.rcs, simulator.radar, 1.8)
-    truth = polar_truth(facets, returns.rcs, simulator.radar, made.retrieval, 0)
+    found = expected_look_gates(facets, returns.rcs, simulator.installation, 1.8)
+    truth = polar_truth(facets, returns.rcs, simulator.installation, made.retrieval, 0)
     return found, truth["visible_fraction"].values[0], simulator.surface
 
 

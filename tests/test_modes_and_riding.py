@@ -34,7 +34,7 @@ def test_noise_that_is_added_afterwards_is_the_simulation_s_own(mode: Any) -> No
     }
     made = load_scene("tiny", {**keys, "tracing.tracer": "horizon", "radar.noise": False})
     simulator = Simulator(made)
-    added = modes.with_noise(simulator.turn(0), made.radar, made.seed, simulator.mast).echoes
+    added = modes.with_noise(simulator.turn(0), made.radar, made.seed, simulator.installation).echoes
     loud = Simulator(load_scene("tiny", {**keys, "tracing.tracer": "horizon"})).turn(0).echoes
     assert_array_equal(added["voltage"].values, loud["voltage"].values)
     assert added.attrs == loud.attrs

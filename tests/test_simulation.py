@@ -18,6 +18,7 @@ from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import open_echoes, retrieve
 from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.report import fold_warning, ground_warning
 from seamap_rt.report.headline import run_facts
@@ -192,7 +193,7 @@ def test_time_rolls_on_over_turns() -> None:
 
     fired = run.echoes["time"].values[run.echoes["turn"].values == 2]
     assert 2.0 * period <= fired[0] < 2.0 * period + 1e-4
-    assert_array_equal(fired, pulses(made.radar, 2).time)
+    assert_array_equal(fired, pulses(Installation(made.radar), 2).time)
 
 
 # ------------------------------------------------------------------------------------------------- submerged

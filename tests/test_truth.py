@@ -16,6 +16,7 @@ from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import SurfaceMesh, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.waveform import gates as gates_of
 from seamap_rt.scene import Scene
 from seamap_rt.session import simulate
@@ -95,7 +96,7 @@ def lit_facets(scene: Scene, turn: int = 0) -> tuple[Illumination, NDArray[np.fl
 
 
 def truth_of(scene: Scene, turn: int = 0) -> xr.Dataset:
-    return polar_truth(*lit_facets(scene, turn), scene.radar, scene.retrieval, turn)
+    return polar_truth(*lit_facets(scene, turn), Installation(scene.radar), scene.retrieval, turn)
 
 
 def cells_by_quadrature(scene: Scene, turn: int) -> dict[str, NDArray[np.float64]]:
@@ -170,7 +171,7 @@ def test_visible_part_and_weighted_height() -> None:
     mesh = {"tracer": "horizon", "facet_m": 0.5, "columns_per_beam": 4}  # the expectation's facets are flat
     scene = wave_scene(radar={"range_m": (20.0, 150.0)}, tracing=mesh)
     facets, rcs = lit_facets(scene)
-    truth = polar_truth(facets, rcs, scene.radar, scene.retrieval, 0)
+    truth = polar_truth(facets, rcs, Installation(scene.radar), scene.retrieval, 0)
     fraction, height = truth["visible_fraction"].values[0], truth["height"].values[0]
     assert 0.0 <= np.nanmin(fraction) < 0.1  # there are shadows
     assert np.nanmax(fraction) <= 1.0 + 1e-6
@@ -185,7 +186,9 @@ def test_visible_part_and_weighted_height() -> None:
     slant = np.hypot(facets.distance, facets.rise)
     even = facets.horizontal_area * (slant / antenna(scene.radar).elevation(facets.rise / slant)) ** 4
     raised, level = (
-        expected_look_gates(whole, each.astype(np.float32), scene.radar, scene.retrieval.cell_azimuth_deg).power[0, 1]
+        expected_look_gates(
+            whole, each.astype(np.float32), Installation(scene.radar), scene.retrieval.cell_azimuth_deg
+        ).power[0, 1]
         for each in (even * (facets.height + 5.0), even)  # above 0 everywhere
     )
     np.testing.assert_allclose(truth["height_weighted"].values[0], raised / level - 5.0, rtol=0, atol=5e-3)
@@ -226,7 +229,7 @@ def test_ground_cells_of_a_regular_wave() -> None:
     scene = wave_scene()
     simulator = Simulator(scene)
     for turn in (0, 1):
-        truth = ground_truth(simulator.sea, scene.radar, scene.retrieval, turn)
+        truth = ground_truth(simulator.sea, Installation(scene.radar), scene.retrieval, turn)
         x, y = np.meshgrid(truth["x"].values, truth["y"].values)
         bearing = np.degrees(np.arctan2(x, y)) % 360.0
         time = (turn + ((bearing - 30.0) % 360.0) / 360.0) * scene.turn_duration_s
@@ -302,7 +305,7 @@ def test_a_facet_that_one_antenna_sees_gives_a_quarter_of_its_power() -> None:
     one = both.copy()
     one[1] = False
     whole, quarter = (
-        polar_truth(replace(facets, lit=light), rcs, scene.radar, scene.retrieval, 0)["nrcs_db"].values
+        polar_truth(replace(facets, lit=light), rcs, Installation(scene.radar), scene.retrieval, 0)["nrcs_db"].values
         for light in (both, one)
     )
     seen = np.isfinite(whole)
@@ -329,7 +332,7 @@ def curved_mesh() -> tuple[SurfaceMesh, Callable[[NDArray, NDArray], NDArray]]:
         return 0.02 * x**2 + 0.03 * y**2 - 0.025 * x * y
 
     radar = RadarSettings(noise=False, sector_deg=(0.0, 10.0), range_m=(50.0, 70.0))
-    grid = polar_grid(radar, TracingSettings(facet_m=1.0, columns_per_beam=3), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(facet_m=1.0, columns_per_beam=3), 0)
     east, north = unit_from_azimuth(grid.azimuth)
     heights = bowl(np.multiply.outer(east, grid.ground_range), np.multiply.outer(north, grid.ground_range))
     return surface_mesh(grid, heights, np.zeros((*heights.shape, 3), np.float32)), bowl

@@ -15,6 +15,7 @@ from seamap_rt.mesh import polar_grid
 from seamap_rt.mesh.facets import facets_of, velocities_of
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.grid import look_sweeps
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import dwell_power
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.settings import RadarSettings, RetrievalSettings, TracingSettings
@@ -36,7 +37,7 @@ def radar_of(**changes: Any) -> RadarSettings:
 def lit_facets(radar: RadarSettings, facet_m: float, bent: bool) -> tuple[Illumination, NDArray[np.float32]]:
     """Facets of a surface of random heights, lit at random, geometrically or by a field, and their cross-sections."""
     random = np.random.default_rng(7)
-    grid = polar_grid(radar, TracingSettings(facet_m=facet_m, columns_per_beam=3), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(facet_m=facet_m, columns_per_beam=3), 0)
     lines = grid.sweep.size, grid.ground_range.size
     still = np.zeros(lines, np.float32)
     facets = facets_of(grid, 0.3 * random.standard_normal(lines), velocities_of(still, still))
@@ -133,7 +134,7 @@ def plain_truth(facets: Illumination, rcs: NDArray[np.float32], radar: RadarSett
 def test_the_pass_is_the_definition(changes: dict[str, Any], facet_m: float, bent: bool) -> None:
     radar = radar_of(**changes)
     facets, rcs = lit_facets(radar, facet_m, bent)
-    truth, plain = polar_truth(facets, rcs, radar, RETRIEVAL, 0), plain_truth(facets, rcs, radar)
+    truth, plain = polar_truth(facets, rcs, Installation(radar), RETRIEVAL, 0), plain_truth(facets, rcs, radar)
     if not bent:
         del plain["illumination"]
     for name, expected in plain.items():
@@ -151,5 +152,5 @@ def test_threads_do_not_change_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[xr.Dataset] = []
     for count in (1, 3):
         monkeypatch.setattr(machine, "threads", lambda count=count: count)
-        made.append(polar_truth(facets, rcs, radar, RETRIEVAL, 0))
+        made.append(polar_truth(facets, rcs, Installation(radar), RETRIEVAL, 0))
     assert made[0].identical(made[1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +32,7 @@ Array = NDArray[np.float64]
 
 _POINTS = 60  # of a curve against range
 _DIRECTIONS, _FREQUENCIES = 72, 48
-_MOST_KEPT = 64
 _LOCK = threading.Lock()
-_LAST: dict[str, Prospects] = {}
 _SECONDS_A_FACET, _SECONDS_A_RUN = 1.4e-6, 12.0  # of one core's warm turn, and of loading, comparing and drawing
 
 
@@ -82,16 +81,11 @@ class Prospects:
 
 def prospects(scene: Scene) -> Prospects:
     """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
-    key = scene.to_toml()
     with _LOCK:
-        found = _LAST.get(key)
-        if found is None:
-            found = _LAST[key] = _prospects(scene)
-            while len(_LAST) > _MOST_KEPT:
-                _LAST.pop(next(iter(_LAST)))
-        return found
+        return _prospects(scene)  # type: ignore[arg-type]  # frozen, and so hashable
 
 
+@lru_cache(maxsize=64)
 def _prospects(scene: Scene) -> Prospects:
     radar = scene.radar
     slant = np.linspace(*window_of(scene), _POINTS)

@@ -17,8 +17,8 @@ from ..io.opening import load, open_dataset, open_file
 from ..io.turn_files import GrowingFile, read_whole_turns
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
-from ..studies.shadowing import RADAR_LEVEL_DB
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
+from ..studies.visible_tally import RADAR_LEVEL_DB
 from . import drawing
 from .results import Results
 from .runs import address

@@ -11,9 +11,9 @@ import warnings
 
 from cyclopts import CycloptsError, UnknownCommandError, UnusedCliTokensError
 
-from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import A_TABLE
 from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
+from ..io.process import filter_asyncio_log
 from ..io.text import shown
 from . import beginning, retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, command, console

@@ -31,7 +31,7 @@ from ..conventions import unit_from_azimuth, wrap_degrees, written
 from ..interferometry.estimation.error_covariance import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
-from ..radar.mast import Mast
+from ..radar.installation import Installation
 from ..radar.platform import Sensors, boat_motion
 from ..radar.pose import boat_axes
 from ..scene import Scene
@@ -102,10 +102,10 @@ class Motion:
         if upright and sensors == SensorSettings():
             return None
         motion = boat_motion(platform, cast(Sea, BoatWaves(waves, scene.sea)))  # which has what a boat asks of a sea
-        mast, times = Mast(radar, platform, motion), _times(platform)
+        times = _times(platform)
         quiet = sensors.model_copy(update=dict.fromkeys(_NOISE, 0.0))
-        sensed = mast.sensed(Sensors(quiet, motion, scene.seed))
-        true, told = mast.pose(times), sensed.pose(times)
+        installation = Installation(radar, platform, motion, Sensors(quiet, motion, scene.seed))
+        true, told = installation.pose(times), installation.sensed.pose(times)
         place, turned = told.origin - true.origin, np.radians(wrap_degrees(told.attitude - true.attitude))
         look = azimuths()
         lean = _lean(true.attitude, look)

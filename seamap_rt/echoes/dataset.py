@@ -10,22 +10,23 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..dataset import build
-from ..radar.array import antenna_array
-from ..radar.mast import Mast
+from ..radar.installation import Installation
 from ..radar.platform import Sensors
 from ..radar.receiver import measures_phase, transmit_phase_error
 from ..radar.scan import Pulses
 from ..radar.waveform import gates
-from ..settings import RadarSettings, SensorErrors
+from ..settings import SensorErrors
 from .receiving import Received, gate_noise_power
 
 
-def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: float | None = None) -> dict[str, Any]:
+def echo_attributes(
+    installation: Installation, complete_turns: int, full_scale_w: float | None = None
+) -> dict[str, Any]:
     """The attributes of the echoes that a retrieval may read: the radar's settings, nothing of the sea.
 
     Units are in the names. full_scale_w [W]: of the converter, as automatic gain has set it; left out, the scene's.
     """
-    array = antenna_array(radar)
+    radar, array = installation.radar, installation.array
     first = array.elements[array.receivers[0]].antenna
     return {
         "frequency_hz": radar.frequency_hz,
@@ -41,7 +42,7 @@ def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: flo
         "elevation_beamwidth_deg": first.elevation_beamwidth_deg,
         "transmit": radar.transmit,
         "interferogram": radar.interferogram,
-        "noise_power_w": gate_noise_power(radar, full_scale_w),
+        "noise_power_w": gate_noise_power(installation, full_scale_w),
         "complete_turns": complete_turns,
         "waveform": radar.waveform,
         "chirp_bandwidth_hz": radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 0.0,
@@ -56,25 +57,21 @@ def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: flo
 
 
 def echo_dataset(
-    radar: RadarSettings,
+    installation: Installation,
     turns: Sequence[Pulses],
     voltages: Sequence[NDArray[np.complex64] | Received],
     polarization: str = "VV",
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
-    sensed: Mast | None = None,
 ) -> xr.Dataset:
-    """The schema's `echoes` from the pulses and voltages of whole turns.
-
-    sensed: the mast as the boat's sensors have it; left out, as it is.
-    """
+    """The schema's `echoes` from the pulses and voltages of whole turns; antennas where the sensors have them."""
     received = [Received(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
     numbers = np.concatenate([turn.number for turn in turns])
     flags = np.zeros(numbers.size, dtype=np.int16)
     if submerged is not None:
         flags[np.concatenate(list(submerged))] = 64
-    poses = [(turn.mast if sensed is None else sensed).pose(turn.time) for turn in turns]
-    moving = sensed is not None or any(turn.mast.swing(turn.time).any() for turn in turns)
+    poses = [installation.sensed.pose(turn.time) for turn in turns]
+    moving = installation.sensors is not None or any(installation.swing(turn.time).any() for turn in turns)
     bearings = [pose.bearing for pose in poses] if moving else [turn.azimuth for turn in turns]
     values = {
         "voltage": received[0].voltage if len(received) == 1 else np.concatenate([each.voltage for each in received]),
@@ -84,14 +81,15 @@ def echo_dataset(
     }
     if any(each.saturated is not None for each in received):
         values["saturated"] = np.concatenate([each.saturated for each in received if each.saturated is not None])
-    errors = sensed.motion.settings if sensed and isinstance(sensed.motion, Sensors) else SensorErrors()
-    attributes = echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w) | errors.attributes
+    sensors = installation.sensors
+    errors = sensors.settings if isinstance(sensors, Sensors) else SensorErrors()
+    attributes = echo_attributes(installation, first_turn + len(turns), received[0].full_scale_w) | errors.attributes
     return build(
         "echoes",
         values,
         {
             "pulse": numbers,
-            "range": gates(radar),
+            "range": gates(installation.radar),
             "time": np.concatenate([turn.time for turn in turns]),
             "azimuth": np.concatenate(bearings),
             "transmitter": np.concatenate([turn.transmitter for turn in turns]),

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from ..mesh import Facets
 from ..radar.antenna import antenna
-from ..radar.array import Array, antenna_array
+from ..radar.array import Array
 from ..radar.chirp import Chirp
 from ..radar.digital import DigitalReceiver
 from ..radar.grid import look_sweeps
+from ..radar.installation import Installation
 from ..radar.receiver import pulse_coherence
 from ..radar.scan import DwellBeams
-from ..radar.waveform import RangeResponse, gates
+from ..radar.waveform import gates
 from ..settings import RadarSettings
 from ..tracing import Illumination
 from .paths import FacetPaths, Path, facet_paths, wavenumber
@@ -45,18 +46,19 @@ class ExpectedGates:
 
 
 def expected_look_gates(
-    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, cell_azimuth_deg: float
+    facets: Illumination, rcs: NDArray[np.float32], installation: Installation, cell_azimuth_deg: float
 ) -> ExpectedGates:
     """Expected power and covariance of each look (averaged over its dwell) and gate.
 
     rcs (column, facet) [m²]; cell_azimuth_deg: the looks' width. Power is that of every antenna to every other,
     whatever their roles.
     """
-    array, staring = antenna_array(radar), radar.scan == "staring"
+    radar, array = installation.radar, installation.array
+    staring = radar.scan == "staring"
     sweeps = look_sweeps(radar.sector_deg, cell_azimuth_deg, staring)
     number = len(array.elements)
     pairs = tuple((i, j) for i in range(number) for j in range(i, number))
-    sums = _ColumnExpectation(facets, rcs, radar, pairs)
+    sums = _ColumnExpectation(facets, rcs, installation, pairs)
     gates, looks = sums.gating.range.size, sweeps.size
     power = np.zeros((len(pairs), looks, gates))
     covariance = np.zeros((looks, gates), dtype=np.complex128)
@@ -84,20 +86,21 @@ class _ColumnExpectation:
     """Sums over the facets of some columns, before the beam of a look."""
 
     def __init__(
-        self, facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, pairs: tuple[Path, ...]
+        self, facets: Illumination, rcs: NDArray[np.float32], installation: Installation, pairs: tuple[Path, ...]
     ) -> None:
         """pairs: of antennas."""
-        self._facets, self._rcs, self._radar, self._pairs = facets, rcs, radar, pairs
-        self.crossed = interferograms(antenna_array(radar))
+        self._facets, self._rcs, self._installation, self._pairs = facets, rcs, installation, pairs
+        radar = installation.radar
+        self.crossed = interferograms(installation.array)
         self.gating, self.chunk = Gating(radar, facets, gate_samples(radar, pairs)), _CHUNK
         if radar.waveform == "chirp" or radar.receiver.chain == "digital":
-            self.gating, self.chunk = ProcessedGating(radar, facets), _PROCESSED_CHUNK
+            self.gating, self.chunk = ProcessedGating(installation, facets), _PROCESSED_CHUNK
 
     def __call__(self, columns: slice) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
         """Power (pair of antennas, column, gate) and covariance (interferogram, column, gate) [W] at boresight."""
         pairs = self._pairs
         count, gates = columns.stop - columns.start, self.gating.range.size
-        paths = facet_paths(self._facets, self._rcs, self._radar, columns, pairs)
+        paths = facet_paths(self._facets, self._rcs, self._installation, columns, pairs)
         power = np.zeros((len(pairs), count, gates))
         covariance = np.zeros((len(self.crossed), count, gates), dtype=np.complex128)
         unit_phasors = self._unit_phasors(paths)
@@ -115,7 +118,7 @@ class _ColumnExpectation:
 
     def _unit_phasors(self, paths: FacetPaths) -> list[NDArray[np.complex128]]:
         """Of each interferogram, (column, facet): what the two paths' difference turns the phase by."""
-        k = wavenumber(self._radar)
+        k = wavenumber(self._installation.radar)
         longer = np.stack([paths.difference[i] + paths.difference[j] for i, j in self._pairs])
         index = self._pairs.index
         return [
@@ -212,9 +215,9 @@ class ProcessedGating:
     """The same for gates that come out of processing: a chirp's after compression, each of which hears every facet and
     near ones only partly (eclipsed), or those that a digital receiver filters once more."""
 
-    def __init__(self, radar: RadarSettings, facets: Facets) -> None:
+    def __init__(self, installation: Installation, facets: Facets) -> None:
+        radar, response = installation.radar, installation.response
         self.range = gates(radar)
-        response = RangeResponse.of(radar)
         self.level = _level(radar, self.range, response, response.support_m)
         self._step = 0.02 * response.resolution_m
         offsets = np.arange(0.0, float(self.range[-1] + response.support_m) + 2.0 * self._step, self._step)

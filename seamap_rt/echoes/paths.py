@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled, compiled_step, compiled_step_fused
 from ..conventions import SPEED_OF_LIGHT
 from ..radar.antenna import Cut
-from ..radar.array import antenna_array
+from ..radar.array import Array
+from ..radar.installation import Installation
 from ..radar.receiver import amplitude_constant
 from ..settings import RadarSettings
 from ..tracing import Illumination
@@ -51,7 +52,7 @@ class FacetPaths:
 def facet_paths(
     facets: Illumination,
     rcs: NDArray[np.float32],
-    radar: RadarSettings,
+    installation: Installation,
     columns: slice,
     paths: tuple[Path, ...] | None = None,
     chosen: Chosen | None = None,
@@ -62,8 +63,8 @@ def facet_paths(
     antennas. With a diffracted field it echoes as far as that reaches it, lit or not, out and back alike.
     chosen: numbers (n,) of columns and facets: these alone, and (n,) stands for (column, facet) in what is returned.
     """
-    array, grid = antenna_array(radar), facets.grid
-    paths = array.paths if paths is None else paths
+    grid = facets.grid
+    paths = installation.array.paths if paths is None else paths
     if chosen is None:
         number = np.arange(facets.height.shape[0])[columns]
         chosen = number[:, None], np.arange(facets.distance.size)[None, :]
@@ -83,13 +84,13 @@ def facet_paths(
         *flat,
         positions,
         velocities,
-        _Array(grid.antenna_positions, grid.drift, grid.array_up),
+        _ArrayMotion(grid.antenna_positions, grid.drift, grid.array_up),
         ranges,
         difference,
         coming,
         sine,
     )
-    amplitude = _amplitudes(facets, rcs, radar, flat, paths, ranges, sine)
+    amplitude = _amplitudes(facets, rcs, installation, flat, paths, ranges, sine)
 
     def shaped(values: NDArray) -> NDArray:
         return values.reshape(len(values), *shape)
@@ -97,7 +98,7 @@ def facet_paths(
     return FacetPaths(paths, *(shaped(each) for each in (ranges, difference, coming, amplitude)))
 
 
-class _Array(NamedTuple):
+class _ArrayMotion(NamedTuple):
     antennas: NDArray[np.float64]  # (column, antenna, 3) m
     drift: NDArray[np.float64]  # (column, antenna, 3) m/s
     up: NDArray[np.float64]  # (column, 3)
@@ -184,17 +185,17 @@ def _look_at(position, first, moves, is_first, room):
 def _amplitudes(
     facets: Illumination,
     rcs: NDArray[np.float32],
-    radar: RadarSettings,
+    installation: Installation,
     chosen: Chosen,
     paths: tuple[Path, ...],
     ranges: NDArray[np.float64],
     sine: NDArray[np.float64],
 ) -> NDArray[np.float32] | NDArray[np.complex64]:
     """(path, n) √W of the chosen facets; sine: direction cosine of each facet up the array."""
-    antennas = [element.antenna for element in antenna_array(radar).elements]
-    tables, which = elevation_tables(radar)
+    antennas = [element.antenna for element in installation.array.elements]
+    tables, which = elevation_tables(installation.array)
     gains = [float(np.sqrt(antennas[i].gain * antennas[j].gain)) for i, j in paths]
-    constants = np.array([amplitude_constant(radar, gain) for gain in gains])
+    constants = np.array([amplitude_constant(installation.radar, gain) for gain in gains])
     out = np.empty((len(paths), sine.size), dtype=np.float32)
     lit = facets.lit if facets.field is None else np.ones_like(facets.lit)
     _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, (tables, which), out)
@@ -239,9 +240,9 @@ def _hear(column, facet, begin, count, lit, sine, cut, heard):
         heard[n] = value if lit[column, facet[begin + n]] else 0.0
 
 
-def elevation_tables(radar: RadarSettings) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def elevation_tables(array: Array) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """(cut, entry) over direction cosines from −1 to 1, for linear interpolation; and (antenna,) the cut of each."""
-    antennas = [element.antenna for element in antenna_array(radar).elements]
+    antennas = [element.antenna for element in array.elements]
     cuts = tuple(dict.fromkeys(antenna.elevation for antenna in antennas))
     return _tables(cuts), np.array([cuts.index(antenna.elevation) for antenna in antennas])
 

@@ -18,8 +18,8 @@ from .. import random_streams
 from ..compute.compiled import compiled
 from ..compute.machine import pool
 from ..conventions import SPEED_OF_LIGHT, db
-from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver
+from ..radar.installation import Installation
 from ..radar.receiver import measures_phase, noise_power, noise_taps, thermal_noise, transmit_phase_error
 from ..radar.scan import Pulses, phase_centres
 from ..radar.waveform import gate_spacing_m
@@ -54,12 +54,12 @@ class Magnetron:
     def send(
         self,
         voltages: NDArray[np.complex64],
-        radar: RadarSettings,
+        installation: Installation,
         pulses: Pulses,
         range_m: NDArray[np.float64],
     ) -> None:
         """Turn voltages (pulse, receiver, sample) of echoes alone, in place; range_m (sample,)."""
-        array, excess = antenna_array(radar), excess_m(radar, range_m)
+        array, excess = installation.array, excess_m(installation.radar, range_m)
         senders = np.array([slot.transmitter for slot in array.cycle])
         longer = excess[senders][:, None] + excess[list(array.receivers)][None]  # (slot, receiver, sample) m
         rate = -2.0 * np.pi * self.carrier / SPEED_OF_LIGHT  # rad per metre
@@ -130,7 +130,7 @@ class Received(NamedTuple):
 
 def receive(
     voltages: NDArray[np.complex64],
-    radar: RadarSettings,
+    installation: Installation,
     pulses: Pulses,
     seed: int,
     objects: NDArray[np.complex64] | None = None,
@@ -143,17 +143,17 @@ def receive(
     """
     if objects is not None:
         voltages += objects
-    sent = Magnetron.of(radar, pulses, seed)
+    sent = Magnetron.of(installation.radar, pulses, seed)
     if sent is not None:
-        sent.send(voltages, radar, pulses, received_samples(radar).range)
-    received = _received(voltages, radar, pulses, seed)
+        sent.send(voltages, installation, pulses, received_samples(installation.radar).range)
+    received = _received(voltages, installation, pulses, seed)
     if sent is not None:
         sent.take_off(received.voltage)
     return received
 
 
-def _received(voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pulses, seed: int) -> Received:
-    array = antenna_array(radar)
+def _received(voltages: NDArray[np.complex64], installation: Installation, pulses: Pulses, seed: int) -> Received:
+    radar, array = installation.radar, installation.array
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:
         spacing = None if digital is None else float(np.diff(digital.sample_range[:2])[0])
@@ -171,16 +171,16 @@ def _received(voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pul
     return Received(digitised.voltage, saturated, float(np.median(digitised.full_scale)))
 
 
-def gate_noise_power(radar: RadarSettings, full_scale_w: float | None = None) -> float:
+def gate_noise_power(installation: Installation, full_scale_w: float | None = None) -> float:
     """Mean noise power [W] of one gate as it is recorded: thermal, and the converter's own at the full scale [W] that
     automatic gain has set (left out, the scene's).
 
     The converter's is measured on noise alone: where its steps are coarse no formula holds (with one bit noise comes
     out as strong as the full scale).
     """
+    radar, array = installation.radar, installation.array
     if not radar.noise:
         return 0.0
-    array = antenna_array(radar)
     channels = float(np.mean([abs(array.elements[antenna].channel) ** 2 for antenna in array.receivers[:2]]))
     if radar.receiver.chain == "baseband":
         return channels * noise_power(radar)

@@ -46,6 +46,7 @@ def gate_samples(radar: RadarSettings, paths: tuple[tuple[int, int], ...] | None
     return _plain(radar, gates(radar), paths)
 
 
+@kept_of_radar(maxsize=8)
 def received_samples(radar: RadarSettings) -> Samples:
     """What the radar's receiver is given: samples of its converter, of a chirp before compression, or the gates."""
     if radar.waveform == "chirp":

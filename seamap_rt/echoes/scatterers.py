@@ -8,12 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..io.text import numbers
-from ..radar.array import antenna_array
+from ..radar.installation import Installation
 from ..radar.receiver import amplitude_constant
 from ..radar.scan import BEAMS_BEYOND, Pulses, pulses
-from ..resolved_scene import masts
+from ..resolved_scene import installation_of
 from ..scene import SceneLike, as_scene
-from ..settings import RadarSettings
 from .dataset import echo_dataset
 from .paths import wavenumber
 from .receiving import receive
@@ -38,17 +37,15 @@ def from_scatterers(scene: SceneLike, xyz: ArrayLike, rcs: ArrayLike, velocity: 
         raise InputError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
     if (areas < 0.0).any():
         raise InputError(f"rcs = {areas.min():g}: must be at least 0 m²")
-    true, sensed = masts(scene)
-    radar = true.radar
-    turns = [pulses(radar, turn, true) for turn in range(scene.turns)]
-    received = [
-        receive(scatterer_voltages(radar, turn, points, areas, speeds), radar, turn, scene.seed) for turn in turns
-    ]
-    return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=sensed)
+    installation = installation_of(scene)
+    turns = [pulses(installation, turn) for turn in range(scene.turns)]
+    voltages = (scatterer_voltages(installation, turn, points, areas, speeds) for turn in turns)
+    received = [receive(each, installation, turn, scene.seed) for each, turn in zip(voltages, turns, strict=True)]
+    return echo_dataset(installation, turns, received, scene.scattering.polarization)
 
 
 def scatterer_voltages(
-    radar: RadarSettings,
+    installation: Installation,
     turn: Pulses,
     points: NDArray[np.float64],
     areas: NDArray[np.float64],
@@ -61,7 +58,8 @@ def scatterer_voltages(
     points (n, 3) [m] at time 0, of radar cross-sections areas (n,) [m²], that move at speeds (n, 3) [m/s]; sight
     (antenna, n): which of them each antenna sees; left out, all.
     """
-    array, samples, pose = antenna_array(radar), received_samples(radar), turn.pose
+    radar, array, pose = installation.radar, installation.array, turn.pose
+    samples = received_samples(radar)
     ranges, k = samples.range, wavenumber(radar)
     within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))
     everywhere = any(element.antenna.everywhere for element in array.elements)

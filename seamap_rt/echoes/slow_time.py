@@ -26,7 +26,7 @@ from ..compute.compiled import compiled
 from ..compute.machine import pool
 from ..mesh import Facets
 from ..radar.antenna import kept_of_radar
-from ..radar.array import antenna_array
+from ..radar.array import Array
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .paths import wavenumber
@@ -155,10 +155,10 @@ def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
 
     Less than a tenth more is held by the oversampling, and turns that differ so little keep the same nodes.
     """
-    if pulses.mast.rate == 0.0:
+    if pulses.installation.rate == 0.0:
         return 0.0
     fastest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).min())
-    return fastest if fastest > 1.1 * pulses.mast.rate else pulses.mast.rate
+    return fastest if fastest > 1.1 * pulses.installation.rate else pulses.installation.rate
 
 
 def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
@@ -174,15 +174,12 @@ def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
     return echo
 
 
-def pulses_from_nodes(
-    echo: NDArray[np.complex64], nodes: Nodes, radar: RadarSettings, pulses: Pulses
-) -> NDArray[np.complex64]:
+def pulses_from_nodes(echo: NDArray[np.complex64], nodes: Nodes, array: Array, pulses: Pulses) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) [√W] from the paths' sums (node, path, gate) [√W], by its weights; NaN where
     the mode does not sample a receiver."""
-    array = antenna_array(radar)
     count = pulses.number.size
     voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
-    path = paths_of_cycle(radar)
+    path = paths_of_cycle(array)
     # Real and imaginary components are weighed alike: plain numbers, twice as many.
     sums, out = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
 
@@ -195,9 +192,8 @@ def pulses_from_nodes(
     return voltages
 
 
-def paths_of_cycle(radar: RadarSettings) -> NDArray[np.intp]:
+def paths_of_cycle(array: Array) -> NDArray[np.intp]:
     """The path (slot, receiver) that is heard on each pulse of the mode's cycle; −1 where none is."""
-    array = antenna_array(radar)
     path = np.full((len(array.cycle), len(array.receivers)), -1)
     for number, slot in enumerate(array.cycle):
         for receiver in slot.receivers:

@@ -24,10 +24,8 @@ from ..compute.compiled import compiled
 from ..compute.machine import one_blas_thread, pool
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
-from ..radar.array import antenna_array
-from ..radar.mast import column_frame
+from ..radar.installation import Installation, column_frame
 from ..radar.scan import BEAMS_BEYOND, Pulses
-from ..settings import RadarSettings
 from ..tracing import Illumination
 from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
@@ -53,20 +51,20 @@ Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first n
 def turn_voltages(
     facets: Illumination,
     rcs: NDArray[np.float32],
-    radar: RadarSettings,
+    installation: Installation,
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
     motion: Motion | None = None,
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) [√W] of one turn; see `turn_echoes`."""
-    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, motion).voltage
+    return turn_echoes(facets, rcs, installation, pulses, seed, decorrelation_time_s, motion).voltage
 
 
 def turn_echoes(
     facets: Illumination,
     rcs: NDArray[np.float32],
-    radar: RadarSettings,
+    installation: Installation,
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
@@ -84,7 +82,7 @@ def turn_echoes(
     """
     if motion is not None:
         motion.check(facets)
-    hearing = ReceiveGeometry.of(facets, radar, pulses, seed, decorrelation_time_s, motion, neglected)
+    hearing = ReceiveGeometry.of(facets, installation, pulses, seed, decorrelation_time_s, motion, neglected)
     total = hearing.total(ColumnSums(hearing, facets, rcs), BATCH_COLUMNS)
     return received(total, hearing, pulses, seed, objects)
 
@@ -100,13 +98,14 @@ def received(
     echo, compress = nodes_first(total), hearing.tabulated.samples.compress
     if compress is not None:
         echo = np.ascontiguousarray(compress(echo), dtype=np.complex64)
-    return receive(pulses_from_nodes(echo, hearing.nodes, hearing.radar, pulses), hearing.radar, pulses, seed, objects)
+    voltages = pulses_from_nodes(echo, hearing.nodes, hearing.installation.array, pulses)
+    return receive(voltages, hearing.installation, pulses, seed, objects)
 
 
 def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
     """Seconds to either side of the time when the boresight passes a column, within which the beam, so far to either
     side, hears of it; all of them for a staring antenna."""
-    rate, grid = pulses.mast.rate, facets.grid
+    rate, grid = pulses.installation.rate, facets.grid
     if rate == 0.0:
         return np.inf
     # A boat that yaws against the turntable slows the beam.
@@ -131,7 +130,7 @@ class ReceiveGeometry:
     """How the radar hears the columns of a turn: at which nodes, through which gates and beams, with what speckle."""
 
     facets: Facets  # of which only where columns and antennas are is asked
-    radar: RadarSettings
+    installation: Installation
     tabulated: ResponseTable
     nodes: Nodes
     window: int
@@ -145,7 +144,7 @@ class ReceiveGeometry:
     def of(
         cls,
         facets: Facets,
-        radar: RadarSettings,
+        installation: Installation,
         pulses: Pulses,
         seed: int,
         decorrelation_time_s: float,
@@ -154,12 +153,13 @@ class ReceiveGeometry:
         fastest: SpeedBounds | None = None,
     ) -> ReceiveGeometry:
         """See `turn_echoes`. fastest: how fast the facets are, where that is known already, and whether any break."""
+        radar = installation.radar
         nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest, neglected)
         beams = beam_truncation(radar, neglected)
-        reach_deg = facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg
+        reach_deg = facets.grid.reach_deg - (BEAMS_BEYOND - beams) * installation.array.beam_deg
         reach = _reach_s(facets, pulses, reach_deg)
         window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
-        across = pulses.mast.pose(nodes.time).axes[:, 0]
+        across = pulses.installation.pose(nodes.time).axes[:, 0]
         tables, samples = two_way_beams(radar), tabulated(radar, neglected)
         beam_window = BeamWindow(None, speckle_truncation(neglected))
         if np.isfinite(reach):
@@ -174,11 +174,11 @@ class ReceiveGeometry:
             speckle = MovingSpeckle.over(
                 window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, beam_window
             )
-        return cls(facets, radar, samples, nodes, window, reach, beam_window, speckle, tables, across)
+        return cls(facets, installation, samples, nodes, window, reach, beam_window, speckle, tables, across)
 
     def total(self, sums: Sums, columns: int) -> NDArray[np.float32]:
         """The sum (component, path, sample, node) over all columns, so many at a time."""
-        paths, samples = len(antenna_array(self.radar).paths), self.tabulated.samples.range.size
+        paths, samples = len(self.installation.array.paths), self.tabulated.samples.range.size
         total = np.zeros((2, paths, samples, self.nodes.count), dtype=np.float32)
         for start, chunk in self.in_order(sums, columns):
             low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
@@ -210,6 +210,7 @@ class ReceiveGeometry:
         heard = first[:, None] + np.arange(self.window)  # may lie before the first node, or after the last
         seconds = self.nodes.time[0] + heard * self.nodes.spacing_s - passing[:, None]
         low = int(first.min())
+        paths = np.array(self.installation.array.paths)
         kinds = self.speckle.modes(columns, seconds[:, 0])
         return low, ColumnBatch(
             window=self.window,
@@ -227,7 +228,7 @@ class ReceiveGeometry:
                 first_kind_modes=kinds[0].shape[1],
                 strength=strength,
             ),
-            geometry=Geometry(np.array(antenna_array(self.radar).paths), wavenumber(self.radar), self.nodes.spacing_s),
+            geometry=Geometry(paths, wavenumber(self.installation.radar), self.nodes.spacing_s),
             response=self._response,
             beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
@@ -244,7 +245,7 @@ class ReceiveGeometry:
         east, north = unit_from_azimuth(grid.column_azimuth[columns])
         across = self.across[nodes]
         # Where the fan leans, what lies deeper below is heard off the bearing.
-        height = grid.column_height[columns] / self.radar.height_m
+        height = grid.column_height[columns] / self.installation.radar.height_m
         # A boat that runs past what it looks at sees it for shorter, or longer, than one at rest.
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
         seconds = self.nodes.time[nodes] - grid.column_pose.time[columns, None]
@@ -264,8 +265,8 @@ class ReceiveGeometry:
     @cached_property
     def _depression(self) -> tuple[NDArray[np.float64], ...]:
         """(gate,) cosine and sine of the depression of the mean sea, and 1/m of its range."""
-        inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
-        drop = self.radar.height_m * inverse_range
+        inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.installation.radar.height_m)
+        drop = self.installation.radar.height_m * inverse_range
         return np.sqrt(1.0 - drop**2), drop, inverse_range
 
 
@@ -280,7 +281,7 @@ class ColumnSums:
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
         first, column, facet = _echoing(self.rcs, columns.start, columns.stop)
-        paths = facet_paths(self.facets, self.rcs, self.hearing.radar, columns, chosen=(column, facet))
+        paths = facet_paths(self.facets, self.rcs, self.hearing.installation, columns, chosen=(column, facet))
         listed = ListedFacets(
             number=facet,
             range_m=paths.range[0],

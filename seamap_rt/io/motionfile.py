@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .opening import LONG, read_bytes
-from .text import decode_text, parse_number, refuse_semicolons
+from .text import decode_text, finite_number, refuse_semicolons, refused
 
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
@@ -85,9 +84,7 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
         beyond = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > most)
         if beyond.size:
             value = table[name][beyond[0]]
-            raise _refusal(
-                path, lines[beyond[0]], f"{name} = {value:g}", f"lie within ±{most:g}", f"correct it; {unit}"
-            )
+            raise refused(path, lines[beyond[0]], f"{name} = {value:g}: must lie within ±{most:g}; correct it; {unit}")
     zero = np.zeros_like(time)
     position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
     heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
@@ -130,58 +127,51 @@ def _names(path: Path, line: int, header: list[str]) -> list[str]:
     names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in header]
     known = f"{', '.join(COLUMNS)} (or {', '.join(OTHER_NAMES)})"
     if "time_s" not in names:
-        raise _refusal(path, line, "no column time_s", "be there", f"name the columns, by commas, of {known}")
+        raise refused(path, line, f"no column time_s: must be there; name the columns, by commas, of {known}")
     for written, name in zip(header, names, strict=True):
         if name not in COLUMNS:
-            raise _refusal(path, line, f"column '{written}'", f"be one of {known}", "rename it or take it out")
+            raise refused(path, line, f"column '{written}': must be one of {known}; rename it or take it out")
         if names.count(name) > 1:
-            raise _refusal(path, line, f"column {name}", "be there once, under one name", "take the other out")
+            raise refused(path, line, f"column {name}: must be there once, under one name; take the other out")
     return names
 
 
 def _numbers(path: Path, line: int, names: list[str], cells: list[str]) -> list[float]:
     if len(cells) != len(names):
-        raise _refusal(path, line, f"{len(cells)} values", f"be {len(names)}, one a column", "mend the line")
-    numbers = []
-    for name, cell in zip(names, cells, strict=True):
-        try:
-            number = parse_number(cell)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise _refusal(path, line, f"{name} = '{cell}'", "be a finite number", "correct it or take the line out")
-        numbers.append(number)
-    return numbers
+        raise refused(path, line, f"{len(cells)} values: must be {len(names)}, one a column; mend the line")
+    return [finite_number(path, line, name, cell) for name, cell in zip(names, cells, strict=True)]
 
 
 def _check_times(path: Path, lines: list[int], time: NDArray[np.float64]) -> None:
     """Raise InputError unless there are two readings or more, one after the other and without a gap."""
     if time.size < 2:
         last = lines[-1] if lines else 1
-        raise _refusal(path, last, f"the file holds {time.size} readings", "be at least 2", "give a longer record")
+        raise refused(path, last, f"the file holds {time.size} readings: must be at least 2; give a longer record")
     step = np.diff(time)
     back = np.flatnonzero(step <= 0.0)
     if back.size:
-        raise _refusal(
-            path, lines[back[0] + 1], f"time_s = {time[back[0] + 1]:.10g}", f"be later than {time[back[0]]:.10g}, the "
-            "time before it", "sort the lines, and keep one of each time",
-        )  # fmt: skip
+        raise refused(
+            path,
+            lines[back[0] + 1],
+            f"time_s = {time[back[0] + 1]:.10g}: must be later than {time[back[0]]:.10g}, the "
+            f"time before it; sort the lines, and keep one of each time",
+        )
     usual = float(np.median(step))
     if usual > SLOWEST_STEP_S:
-        raise _refusal(
-            path, lines[1], f"a reading every {usual:.4g} s", f"come at least every {SLOWEST_STEP_S:g} s",
-            "give a denser record; times are in seconds",
-        )  # fmt: skip
+        raise refused(
+            path,
+            lines[1],
+            f"a reading every {usual:.4g} s: must come at least every {SLOWEST_STEP_S:g} s; give "
+            f"a denser record; times are in seconds",
+        )
     steps, seconds = LONGEST_GAP
     longest = max(steps * usual, seconds)
     gap = np.flatnonzero(step > longest * (1.0 + 1e-9))
     if gap.size:
         first, last = time[gap[0]], time[gap[0] + 1]
-        raise _refusal(
-            path, lines[gap[0] + 1], f"a gap of {step[gap[0]]:.4g} s from {first:.10g} to {last:.10g} s",
-            f"be at most {longest:.4g} s", "fill it, or cut the record there",
-        )  # fmt: skip
-
-
-def _refusal(path: Path, line: int, what: str, must: str, do: str) -> InputError:
-    return InputError(f"file '{path}', line {line}: {what}: must {must}; {do}")
+        raise refused(
+            path,
+            lines[gap[0] + 1],
+            f"a gap of {step[gap[0]]:.4g} s from {first:.10g} to {last:.10g} s: must be at most "
+            f"{longest:.4g} s; fill it, or cut the record there",
+        )

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .opening import read_bytes
-from .text import decode_text, is_wide, parse_number, refuse_semicolons
+from .text import decode_text, finite_number, is_wide, refuse_semicolons, refused
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -86,7 +86,7 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     rows, gain_dbi, frequency_hz = _reader(path, full)(path, full)
     for name in CUTS:
         if not rows[name]:
-            raise _refusal(path, max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
+            raise refused(path, max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
     azimuth, elevation = (_cut(path, name, rows[name]) for name in CUTS)
     return PatternFile(azimuth, elevation, gain_dbi, frequency_hz)
 
@@ -109,19 +109,10 @@ def _words(header: str) -> list[str]:
     return [word.strip().lower() for word in header.split(",")]
 
 
-def _refusal(path: Path, line: int, what: str) -> InputError:
-    return InputError(f"file '{path}', line {line}: {what}")
-
-
 def _number(path: Path, line: int, name: str, text: str) -> float:
-    try:
-        value = parse_number(text)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise _refusal(path, line, f"{name} = {text}: must be a finite number; correct it, a null is a low level")
+    value = finite_number(path, line, name, text)
     if name in _LEVELS and abs(value) > _MOST_DB:
-        raise _refusal(path, line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
+        raise refused(path, line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
     return value
 
 
@@ -133,19 +124,19 @@ def _read_csv(path: Path, lines: list[tuple[int, str]]) -> Read:
     refuse_semicolons(header, f"file '{path}', line {head}")
     columns = _words(header)
     if sorted(columns) not in (sorted(_COLUMNS), sorted((*_COLUMNS, "phase_deg"))):
-        raise _refusal(path, head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
+        raise refused(path, head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
     rows: dict[str, Rows] = {name: [] for name in CUTS}
     for number, line in lines[1:]:
         words = [word.strip() for word in line.split(",")]
         if len(words) != len(columns):
-            raise _refusal(path, number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
+            raise refused(path, number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
         entry = dict(zip(columns, words, strict=True))
         cut = entry.pop("cut").lower()
         if cut not in CUTS:
-            raise _refusal(path, number, f"cut = {cut}: must be azimuth or elevation; correct it")
+            raise refused(path, number, f"cut = {cut}: must be azimuth or elevation; correct it")
         value = {name: _number(path, number, name, word) for name, word in entry.items()}
         if value.get("phase_deg"):
-            raise _refusal(
+            raise refused(
                 path, number, f"phase_deg = {value['phase_deg']:g}: must be 0, patterns are real; leave the column out"
             )
         rows[cut].append((number, value["angle_deg"], value["gain_db"]))
@@ -172,7 +163,7 @@ def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
             cut = ""
         elif cut:
             if len(words) != 2:
-                raise _refusal(path, number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
+                raise refused(path, number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
             angle, level = (
                 _number(path, number, name, word.replace(",", "."))
                 for name, word in zip(("angle", "attenuation"), words, strict=True)
@@ -180,7 +171,7 @@ def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
             rows[cut].append((number, angle, level))
     for cut, (number, count) in promised.items():
         if count.isdecimal() and int(count) != len(rows[cut]):
-            raise _refusal(
+            raise refused(
                 path, number, f"{cut} cut: must have the {count} points announced, not {len(rows[cut])}; mend the file"
             )
     _check_order(path, rows)
@@ -196,7 +187,7 @@ def _gain_dbi(path: Path, number: int, line: str) -> float | None:
     if match is None:
         if re.fullmatch(r"gain[:=\s]*", line, re.IGNORECASE):
             return None
-        raise _refusal(path, number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
+        raise refused(path, number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
     gain = _number(path, number, "GAIN", match[1].replace(",", "."))
     return gain if (match[2] or "dBd").lower() == "dbi" else gain + _DIPOLE_DBI
 
@@ -215,18 +206,18 @@ def _check_order(path: Path, rows: dict[str, Rows]) -> None:
         before = -np.inf
         for number, angle, _ in points:
             if not -180.0 <= angle <= 360.0:
-                raise _refusal(path, number, f"{name} cut: angle = {angle:g}: must be within −180 and 360; correct it")
+                raise refused(path, number, f"{name} cut: angle = {angle:g}: must be within −180 and 360; correct it")
             if angle <= before:
-                raise _refusal(
+                raise refused(
                     path, number, f"{name} cut: angle = {angle:g}: must be above the last, {before:g}; sort the lines"
                 )
             if angle - points[0][1] > 360.0:
-                raise _refusal(
+                raise refused(
                     path, number, f"{name} cut: angle = {angle:g}: must be within 360 of the first; end the cut there"
                 )
             before = angle
         if 0 < len(points) < _FEWEST:
-            raise _refusal(
+            raise refused(
                 path, points[-1][0], f"{name} cut: {len(points)} points: must be at least {_FEWEST}; sample it finer"
             )
 
@@ -246,7 +237,7 @@ def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
     angles = angles[np.abs(angles) <= 90.0]
     highest = int(np.argmax(level))
     if angles.size == 0 or np.max(spline(angles)) < level[highest]:
-        raise _refusal(
+        raise refused(
             path,
             line[highest],
             f"{name} cut: its peak, at {angle[highest]:g}°: must be ahead, within ±90; count angles from boresight",
@@ -274,13 +265,13 @@ def _check_reach(
         reach, why = min(90.0, _BEAMS * beamwidth_deg), f", {_BEAMS:g} of its beam widths at most"
     for end, side in ((0, -1.0), (-1, 1.0)):
         if side * angle[end] < reach - 1e-6:
-            raise _refusal(
+            raise refused(
                 path,
                 line[end],
                 f"{name} cut: ends at {angle[end]:g}°: must reach {side * reach:.4g}°{why}; measure or extend it",
             )
     if name == "azimuth" and abs(peak) > (_BEAMS - 1.0) * beamwidth_deg:
-        raise _refusal(
+        raise refused(
             path,
             line[np.argmin(np.abs(angle - peak))],
             f"azimuth cut: its peak, at {peak:.4g}°: must be within {_BEAMS - 1.0:g} beam widths ({beamwidth_deg:.3g}° "

@@ -29,6 +29,22 @@ def parse_number(text: str | float) -> float:
     return float(text)
 
 
+def refused(path: object, line: int, what: str) -> InputError:
+    """The refusal of a line of a table, to be raised."""
+    return InputError(f"file '{path}', line {line}: {what}")
+
+
+def finite_number(path: object, line: int, name: str, cell: str) -> float:
+    """The number in a cell of the column of that name. Raises InputError for what is none, or not finite."""
+    try:
+        value = parse_number(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise refused(path, line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
+    return value
+
+
 def refuse_underscores(text: str, called: str) -> None:
     """Raise InputError for a table with a number that only Python takes for one: before a library reads it."""
     for number, line in enumerate(text.splitlines(), start=1):

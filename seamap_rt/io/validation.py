@@ -63,7 +63,7 @@ def without(model_class: type[Model], tree: Mapping[str, Any], wrong: frozenset[
                 left = {key: value for key, value in tree.get(name, {}).items() if (key,) not in lost}
                 part = section.model_validate(left).model_copy()
                 for (key,) in lost:
-                    vars(part).pop(str(key), None)
+                    vars(part).pop(str(key), None)  # pydantic knows no model that lacks a field
             elif name in tree:
                 part = TypeAdapter(field.rebuild_annotation()).validate_python(tree[name])
             elif not field.is_required():

@@ -10,10 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..radar.array import antenna_array
-from ..radar.mast import ArrayPose, Mast, column_frame
+from ..radar.installation import ArrayPose, Installation, column_frame
 from ..radar.scan import BEAMS_BEYOND, sector_width
-from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 from .sizing import radar_detail
 
@@ -109,39 +107,39 @@ class PolarGrid:
         return (self.turn + 1) * self.per_circle + self.first + np.arange(self.columns, dtype=np.int64)
 
 
-def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: Mast | None = None) -> PolarGrid:
-    """The grid of a turn: columns a fraction of the beam wide, rungs equally far apart over the range window.
-
-    mast: where the antennas are; left out, on a boat at rest.
-    """
-    mast, array, detail = mast or Mast(radar), antenna_array(radar), radar_detail(radar, tracing)
+def polar_grid(installation: Installation, tracing: TracingSettings, turn: int) -> PolarGrid:
+    """The grid of a turn: columns a fraction of the beam wide, rungs equally far apart over the range window."""
+    radar, array = installation.radar, installation.array
+    detail = radar_detail(radar, tracing)
     per_circle = int(np.ceil(360.0 / (array.narrowest_beam_deg / detail.columns_per_beam)))
     spacing = 360.0 / per_circle
     sector = np.linspace(0.0, sector_width(radar) / 360.0, 721)
-    scanned = (turn + sector) * mast.period
-    mast.check_that_it_sweeps(scanned)
+    scanned = (turn + sector) * installation.period
+    installation.check_that_it_sweeps(scanned)
     # The fan of a heeled mast hears the near range well off its bearing.
-    lean = mast.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
+    lean = installation.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
     # In whole degrees: a column that two turns hear keeps its speckle while both ask for it equally long.
     reach = BEAMS_BEYOND * array.beam_deg + np.ceil(lean - 1e-9)
     # Rounding of a long run's angles is no swing.
-    beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing - 1e-6))
+    beyond = int(np.ceil((reach + np.abs(installation.swing(scanned)).max()) / spacing - 1e-6))
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
-    far = radar.range_m[1] + RangeResponse.of(radar).support_m
+    far = radar.range_m[1] + installation.response.support_m
     rungs = int(np.ceil((far - INNERMOST_M) / detail.facet_m)) + 1
     if radar.scan == "staring":
         middle = round(0.5 * sector_width(radar) / spacing)
         line = np.arange(middle - beyond, middle + beyond + 1)
-        time = column_time = (turn + 0.5) * mast.period  # the sea as it is half-way
+        time = column_time = (turn + 0.5) * installation.period  # the sea as it is half-way
         time, column_time = np.full(line.size, time), np.full(line.size - 1, column_time)
     else:
         inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
         line = np.arange(-beyond, inside + beyond + 1)
-        nominal = (turn * per_circle + line) / per_circle * mast.period  # the same bits where a turn meets the next
-        time = mast.passing(spacing * line.astype(np.float64), nominal)
+        nominal = (
+            (turn * per_circle + line) / per_circle * installation.period
+        )  # the same bits where a turn meets the next
+        time = installation.passing(spacing * line.astype(np.float64), nominal)
         column_time = 0.5 * (time[1:] + time[:-1])
     sweep = spacing * line.astype(np.float64)
-    middles = mast.pose(column_time)
+    middles = installation.pose(column_time)
     azimuth = radar.sector_deg[0] + sweep
     frame = column_frame(0.5 * (azimuth[1:] + azimuth[:-1]))
     return PolarGrid(
@@ -153,9 +151,9 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
         azimuth=azimuth,
         time=time,
         ground_range=INNERMOST_M + detail.facet_m * np.arange(rungs, dtype=np.float64),
-        pose=mast.pose(time),
+        pose=installation.pose(time),
         column_pose=middles,
-        drift=np.einsum("cij,caj->cai", frame, mast.velocity(column_time)),
+        drift=np.einsum("cij,caj->cai", frame, installation.velocity(column_time)),
         reach_deg=reach,
     )
 
@@ -177,7 +175,7 @@ def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGr
     around = {"sector_deg": (0.0, 360.0), "scan": "turning"}
     plain = radar_detail(radar, TracingSettings())
     columns = {"columns_per_beam": plain.columns_per_beam}
-    whole = polar_grid(radar.model_copy(update=around), tracing.model_copy(update=columns), 0)
+    whole = polar_grid(Installation(radar.model_copy(update=around)), tracing.model_copy(update=columns), 0)
     facets = 2.0 * whole.ground_range[-1] / plain.facet_m
     most = min(int(_MOST_FACETS / ((_GROUP + 1) * facets)), whole.per_circle // (2 * _GROUP))
     # A mesh of tiny facets takes fewer groups, to limit memory.

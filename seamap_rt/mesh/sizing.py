@@ -29,12 +29,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import SPEED_OF_LIGHT
 from ..physics.shadowing import shadowing_smith67
 from ..radar.antenna import kept_of_radar
 from ..radar.array import antenna_array
 from ..radar.scan import BEAMS_BEYOND, sector_width
-from ..radar.waveform import RangeResponse
+from ..radar.waveform import RangeResponse, range_cell
 from ..sea import resolution, spectral_system
 from ..sea.systems import SpectralSystem, travel_direction
 from ..settings import (
@@ -160,12 +159,6 @@ def _chosen(radar: RadarSettings, sea: SeaSettings, tracing: TracingSettings, fa
 
 
 _kept_choice = kept_of_radar(maxsize=128)(_chosen)
-
-
-def range_cell(radar: RadarSettings) -> float:
-    """The radar's resolution in range [m]: c/2 over the lesser of the receiver's and the waveform's bandwidth."""
-    swept = radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 1.0 / radar.pulse_width_s
-    return SPEED_OF_LIGHT / (2.0 * min(radar.bandwidth_hz, swept))
 
 
 def level_facet(radar: RadarSettings) -> float:

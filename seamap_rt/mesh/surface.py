@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..conventions import unit_from_azimuth
+from ..radar.installation import Installation
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from .facets import Facets, facets_of, strain_of, velocities_of
@@ -193,7 +194,7 @@ def surface_mesh(
 
 def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
     """Mesh the sea of one turn, without the strain of short waves."""
-    grid = polar_grid(radar, tracing, turn)
+    grid = polar_grid(Installation(radar), tracing, turn)
     return surface_mesh(grid, *sea_on_grid(sea, grid))
 
 

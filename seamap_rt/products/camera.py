@@ -18,6 +18,7 @@ from ..dataset import build
 from ..echoes.radar_cross_section import SeaSurface, two_way_power
 from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
+from ..radar.installation import Installation
 from ..radar.scan import sector_width
 from ..report.sea_statistics import requested_height
 from ..scene import Scene
@@ -39,7 +40,7 @@ class Camera:
         """scatterer: how the run's sea scatters, its mean calibrated."""
         self.scene, self.sea, self.points = scene, sea, points
         self._trace, self._scatterer = trace, scatterer
-        self._grid = polar_grid(scene.radar, scene.meshing, 0)
+        self._grid = polar_grid(Installation(scene.radar), scene.meshing, 0)
         x, y = np.meshgrid(points, points)
         self._inside, self._column, self._facet = facets_under(self._grid, scene.radar, x, y)
 

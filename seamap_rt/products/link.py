@@ -17,7 +17,7 @@ from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..io.text import csv_text, parse_number
 from ..radar import link
 from ..radar.antenna import antenna
-from ..radar.link import Budget, LinkBudget
+from ..radar.link import Budget, LinkBudget, nrcs_words
 from ..radar.receiver import data_rate, noise_power, pulse_coherence
 from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..scattering import MEAN_MODELS, mean_level
@@ -46,13 +46,6 @@ def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
         lines += ["", _TITLES[each.name], *_aligned([seen[0], *_budget_columns(table, each)])]
     notes = _notes(scene.radar, table.range)
     return [*lines, "", *notes] if notes else lines
-
-
-def nrcs_words(budget: LinkBudget) -> str:
-    """Where the mean σ0 comes from, and what of shadows it holds."""
-    if budget.nrcs_model == "constant":
-        return "mean σ0: constant; shadows are not counted"
-    return f"mean σ0: {budget.nrcs_model}, which holds the shadows of its data; no others are counted"
 
 
 def link_table(radar: RadarSettings, table: LinkBudget) -> str:

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from ..conventions import db
 from ..radar import link
 from ..radar.antenna import antenna
-from ..radar.link import LinkBudget
+from ..radar.link import LinkBudget, nrcs_words
 from ..radar.waveform import blind_range_m
 from ..report import style
 from ..scene import Scene
-from .link import nrcs_words
 
 _DASHES = {"textbook": "--", "simulator": "-"}
 _COLOURS = (style.BLACK, style.BLUE, style.VERMILION)  # one pulse, non-coherent, coherent

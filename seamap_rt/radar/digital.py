@@ -24,6 +24,7 @@ from ..conventions import SPEED_OF_LIGHT, db, from_db
 from ..settings import RadarSettings
 from .array import antenna_array
 from .receiver import noise_power
+from .waveform import sample_spacing_m
 
 _STOP_BAND_DB = 60.0  # the image of an echo's middle then turns its phase by 1e-3 rad at most
 _PASS_SHARE = 2.0 / 3.0  # of the stop band's edge
@@ -164,7 +165,7 @@ class DigitalReceiver:
         self.zone = NyquistZone.of(radar)
         self.decimation = decimation(radar)
         self.taps = low_pass(radar)
-        spacing = 0.5 * SPEED_OF_LIGHT / radar.receiver.adc_rate_hz
+        spacing = sample_spacing_m(radar.receiver.adc_rate_hz)
         near, far = radar.range_m
         count = int(np.floor((far - near) / (self.decimation * spacing) + 1e-9)) + 1
         half = self.taps.size // 2

@@ -329,3 +329,10 @@ def furthest(range_m: NDArray[np.float64], ratio: NDArray[np.float64]) -> float:
     levels = np.log(np.maximum(ratio[last : last + 2], 1e-300))
     share = levels[0] / (levels[0] - levels[1])
     return float(range_m[last] * (range_m[last + 1] / range_m[last]) ** share)
+
+
+def nrcs_words(budget: LinkBudget) -> str:
+    """Where the mean σ0 comes from, and what of shadows it holds."""
+    if budget.nrcs_model == "constant":
+        return "mean σ0: constant; shadows are not counted"
+    return f"mean σ0: {budget.nrcs_model}, which holds the shadows of its data; no others are counted"

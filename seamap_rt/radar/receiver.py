@@ -27,7 +27,7 @@ from ..settings import RadarSettings, RetrievalSettings
 from .antenna import antenna
 from .array import antenna_array
 from .chirp import Chirp
-from .waveform import RangeResponse, gate_spacing_m
+from .waveform import RangeResponse, gate_spacing_m, sample_spacing_m
 
 MOST_STRAY = 0.1  # rad rms across a pulse: it costs a hundredth of the coherence between pulses, which is left out
 
@@ -175,11 +175,6 @@ def data_rate(radar: RadarSettings, near_m: float | None = None) -> DataRate:
 def sampled_receivers(radar: RadarSettings) -> int:
     """How many receivers each pulse samples: one in turn with alternating pulses, else every antenna that receives."""
     return len(antenna_array(radar).cycle[0].receivers)
-
-
-def sample_spacing_m(rate_hz: float) -> float:
-    """Metres of range between samples at a rate [Hz]."""
-    return 0.5 * SPEED_OF_LIGHT / rate_hz
 
 
 def bytes_of_a_pulse(window_m: float, spacing_m: float, bits: int) -> float:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from ..settings import RadarSettings
 from .antenna import Cut
-from .array import Array, antenna_array
+from .array import Array
 from .grid import look_sweeps
-from .mast import ArrayPose, Mast, turn_duration
+from .installation import ArrayPose, Installation, turn_duration
 
 # Beam widths to either side that an antenna hears; so far beyond the sector the sea is meshed.
 BEAMS_BEYOND = 3.0
@@ -37,12 +37,12 @@ class Pulses:
     azimuth: NDArray[np.float64]  # deg in [0, 360)
     transmitter: NDArray[np.int8]  # antenna
     slot: NDArray[np.int8]  # of the mode's cycle
-    mast: Mast
+    installation: Installation
 
     @cached_property
     def pose(self) -> ArrayPose:
         """How the array truly stands at each pulse."""
-        return self.mast.pose(self.time)
+        return self.installation.pose(self.time)
 
 
 def sector_width(radar: RadarSettings) -> float:
@@ -55,30 +55,30 @@ def scanned_share(radar: RadarSettings) -> float:
     return 1.0 if radar.scan == "staring" else sector_width(radar) / 360.0
 
 
-def pulses(radar: RadarSettings, turn: int, mast: Mast | None = None) -> Pulses:
-    """The pulses of turn `turn` (0, 1, …) that fall within the sector. mast: of the boat; left out, one at rest."""
-    mast = mast or Mast(radar)
-    period, share = turn_duration(radar), scanned_share(radar)
+def pulses(installation: Installation, turn: int) -> Pulses:
+    """The pulses of turn `turn` (0, 1, …) that fall within the sector."""
+    radar, period = installation.radar, installation.period
+    share = scanned_share(radar)
     first = int(np.ceil(turn * period * radar.prf_hz - 1e-9))
     last = int(np.ceil((turn + share) * period * radar.prf_hz - 1e-9))
     number = np.arange(first, last, dtype=np.int64)
     time = number / radar.prf_hz
-    sweep = (time - turn * period) * mast.rate + mast.swing(time)
+    sweep = (time - turn * period) * installation.rate + installation.swing(time)
     if radar.scan == "staring":
         sweep = sweep + 0.5 * sector_width(radar)
     azimuth = (radar.sector_deg[0] + sweep) % 360.0
     # The mode's cycle follows the pulse number, so that it goes on across turns too.
-    cycle = antenna_array(radar).cycle
+    cycle = installation.array.cycle
     slot = number % len(cycle)
     transmitter = np.array([each.transmitter for each in cycle])[slot]
-    return Pulses(number, time, sweep, azimuth, transmitter.astype(np.int8), slot.astype(np.int8), mast)
+    return Pulses(number, time, sweep, azimuth, transmitter.astype(np.int8), slot.astype(np.int8), installation)
 
 
 def phase_centres(radar: RadarSettings, azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
     """World positions (…, antenna, xyz) [m] of the phase centres when the boresight of a boat at rest points to an
     azimuth: the middle of the baseline above the origin, the upper antenna leaning towards the look by the tilt."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    pose = Mast(radar).pose(np.zeros(azimuth.size), azimuth.ravel() - radar.sector_deg[0])
+    pose = Installation(radar).pose(np.zeros(azimuth.size), azimuth.ravel() - radar.sector_deg[0])
     return pose.positions.reshape(*azimuth.shape, -1, 3)
 
 

@@ -209,11 +209,16 @@ def _compressed(response: RangeResponse) -> _Compressed:
     return _Compressed(even(scale * echo), even(noise / density), scale)
 
 
+def sample_spacing_m(rate_hz: float) -> float:
+    """Metres of range between samples at a rate [Hz]."""
+    return 0.5 * SPEED_OF_LIGHT / rate_hz
+
+
 def gate_spacing_m(radar: RadarSettings) -> float:
     """Spacing of the gates [m]: range_sampling_m, or the nearest to it that a digital receiver's decimation gives."""
     if radar.receiver.chain == "baseband":
         return radar.range_sampling_m
-    sample = SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz)
+    sample = sample_spacing_m(radar.receiver.adc_rate_hz)
     return sample * max(1, round(radar.range_sampling_m / sample))
 
 
@@ -223,6 +228,12 @@ def gates(radar: RadarSettings) -> NDArray[np.float64]:
     spacing = gate_spacing_m(radar)
     count = int(np.floor((far - near) / spacing + 1e-9)) + 1
     return near + spacing * np.arange(count, dtype=np.float64)
+
+
+def range_cell(radar: RadarSettings) -> float:
+    """The radar's resolution in range [m]: c/2 over the lesser of the receiver's and the waveform's bandwidth."""
+    swept = radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 1.0 / radar.pulse_width_s
+    return SPEED_OF_LIGHT / (2.0 * min(radar.bandwidth_hz, swept))
 
 
 def straddling_loss_db(radar: RadarSettings) -> tuple[float, float]:

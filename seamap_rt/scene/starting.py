@@ -84,12 +84,8 @@ def _table(
         row = rows.get(name) or by_name.get(name)
         if row is None or not (stands or name in rows):
             continue
-        if stands:
-            yield from _explained(f"{key_text(name)} = {_written(value)}", row)
-        elif value is None:
-            yield from _explained(f"# {key_text(name)}", row)
-        else:
-            yield from _explained(f"# {key_text(name)} = {_written(value)}", row)
+        code = key_text(name) if value is None else f"{key_text(name)} = {_written(value)}"
+        yield from _explained(code if stands else f"# {code}", row)
 
 
 def _tag(section: KeySection, chosen: str) -> Iterator[str]:

@@ -59,9 +59,7 @@ def realize(
     ]
     spacing = resolution(settings)
     if settings.model == "recorded":
-        from .recorded import realize_recorded
-
-        return realize_recorded(settings, spacing, next(iter(systems.values())))
+        return _of_record(settings, spacing, next(iter(systems.values())))
     random = _draw(settings, systems, spacing, seed)
     scale = 1.0
     base: Kind = "shift" if settings.model == "choppy" else "potential"
@@ -89,6 +87,36 @@ def realize(
     facts = choppy_facts(surface, settings.extent_m, scale)
     check_folding(facts.folded_share)
     return Sea(trains, surface, replace(resolved, choppy=facts), current)
+
+
+def _of_record(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
+    """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
+    from ..io.recorded_sea import recorded_sea  # loads what reads files
+    from .continued import ContinuedPatch
+    from .recorded import check_frames, duration_s, gap_error, recorded_train, start_of
+
+    file = recorded_sea(settings.file)
+    source = ContinuedPatch(file, settings.beyond)
+    start = start_of(file, settings.start_s)
+    begin = file.begin_s + start[0] * file.step_s + start[1]
+    train, variance, gap = recorded_train(source, spacing, settings.depth_m, *start)
+    resolved = resolved_facts([train], [system], spacing)
+    deviation = float(np.sqrt(variance))
+    check_frames(file, resolved.elevation_error, deviation)
+    resolved = replace(
+        resolved,
+        variance=variance,
+        elevation_std=deviation,
+        mean_square_slope_share=min(1.0, resolved.mean_square_slope_share),
+        variance_share=min(1.0, variance / resolved.total_variance) if resolved.total_variance > 0.0 else 1.0,
+        significant_steepness=resolved.significant_steepness * deviation / max(resolved.elevation_std, 1e-12),
+        filled_m=2.0 * gap,
+        filled_error=gap_error(train.lattice, train.variance, gap),
+        record_start_s=begin,
+        record_start=file.said(begin),
+    )
+    ends_s = duration_s(file, settings.start_s)
+    return Sea([train], LinearSurface((train,)), resolved, ends_s=ends_s, patch=None if file.periodic else file)
 
 
 def resolution(settings: SeaSettings) -> float:

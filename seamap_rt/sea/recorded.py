@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from threading import Lock
 from typing import NamedTuple
@@ -28,18 +28,14 @@ from ..errors import InputError
 from ..io.gaps import fill_error
 from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..physics.dispersion import angular_frequency, group_speed
-from ..settings import SeaSettings
 from ..settings.sea import MOST_POINTS_A_SIDE
 from .continued import ContinuedPatch
-from .facts import resolved_facts
 from .fields import Kind, Term
 from .lattice import Lattice
 from .moving_field import MovingField, grid_size
 from .spline import InterpolationError, bspline_transform, interpolation_error
-from .surface import Sea
-from .systems import SpectralSystem
 from .tabulated import TabulatedSpectrum
-from .wave_trains import LinearSurface, PlaneTrain, Points, Quantity
+from .wave_trains import PlaneTrain, Points, Quantity, WaveTrain
 
 TAPS = range(-2, 4)  # the frames around an interval that its points take from
 _ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea
@@ -273,40 +269,14 @@ class RecordedTrain(PlaneTrain):
         return super().sample(x, y, t + self.late_s, quantities, rate)
 
 
-def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
-    """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
-    file = recorded_sea(settings.file)
-    source = ContinuedPatch(file, settings.beyond)
-    start = start_of(file, settings.start_s)
-    begin = file.begin_s + start[0] * file.step_s + start[1]
-    train, variance, gap = _train(source, spacing, settings.depth_m, *start)
-    resolved = resolved_facts([train], [system], spacing)
-    deviation = float(np.sqrt(variance))
-    _check_frames(file, resolved.elevation_error, deviation)
-    resolved = replace(
-        resolved,
-        variance=variance,
-        elevation_std=deviation,
-        mean_square_slope_share=min(1.0, resolved.mean_square_slope_share),
-        variance_share=min(1.0, variance / resolved.total_variance) if resolved.total_variance > 0.0 else 1.0,
-        significant_steepness=resolved.significant_steepness * deviation / max(resolved.elevation_std, 1e-12),
-        filled_m=2.0 * gap,
-        filled_error=gap_error(train.lattice, train.variance, gap),
-        record_start_s=begin,
-        record_start=file.said(begin),
-    )
-    ends_s = duration_s(file, settings.start_s)
-    return Sea([train], LinearSurface((train,)), resolved, ends_s=ends_s, patch=None if file.periodic else file)
-
-
-def check_gaps(sea: Sea, until_s: float) -> None:
+def check_gaps(trains: Sequence[WaveTrain], until_s: float) -> None:
     """Read the frames of a recorded sea up to a time. Raises InputError for a gap too wide to be filled."""
-    for train in sea.trains:
+    for train in trains:
         if isinstance(train, RecordedTrain) and isinstance(train.field, RecordedField):
             train.field.check_gaps(until_s + train.late_s)
 
 
-def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
+def check_frames(file: RecordedSea, error: float, deviation: float) -> None:
     if error > _MOST_MADE_UP * deviation:
         raise InputError(
             f"sea.file = '{file.path}': frames {file.step_s:.3g} s and points {file.spacing_m:.3g} m apart leave an "
@@ -315,7 +285,7 @@ def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
         )
 
 
-def _train(
+def recorded_train(
     source: ContinuedPatch, spacing: float, depth: float, first: int, late_s: float
 ) -> tuple[RecordedTrain, float, float]:
     """The waves, their variance, and the half-width [m] of the widest gap in the frames that were looked at."""

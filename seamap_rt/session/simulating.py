@@ -18,7 +18,6 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import clear_folder, growing, results_folder
-from ..radar.scan import turn_duration
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
@@ -56,11 +55,11 @@ class FileSink:
 
 def gauge_sink(file: AppendableNetCDF, simulator: Simulator) -> FileSink:
     """Appends what the scene's gauges read in each turn (schema `gauges`). The turns must hold maps."""
-    scene, period = simulator.scene, turn_duration(simulator.radar)
+    scene, period = simulator.scene, simulator.installation.period
 
     def read(turn: FinishedTurn) -> xr.Dataset:
         assert turn.maps is not None
-        middle = simulator.sensed.pose(np.array([(turn.number + 0.5) * period])).origin[0, :2]
+        middle = simulator.installation.sensed.pose(np.array([(turn.number + 0.5) * period])).origin[0, :2]
         return gauge_series(turn.maps, simulator.sea, scene.gauges, turn.truth, turn_s=period, antenna_m=middle)
 
     return FileSink(file, read, stage="truth")

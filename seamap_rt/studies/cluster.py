@@ -29,13 +29,12 @@ from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.comm.core import connect
 from distributed.utils import LoopRunner, silence_logging_cmgr
 
-from ..compute.asyncio_log import filter_asyncio_log
+from ..compute.locks import scratch_folder
 from ..compute.machine import cores
-from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.opening import read_json
-from .point import Outcome, SchedulerLost, Task, compute, ended
-from .trade import BySea
+from ..io.process import filter_asyncio_log
+from .point import BySea, Outcome, SchedulerLost, Task, compute, ended
 
 _KEYS = (
     "tls_ca_file",

@@ -7,14 +7,14 @@ its traced scenes to the next one in the same process, on which results do not d
 from __future__ import annotations
 
 import contextlib
-import gc
 import hashlib
 import json
 import os
 import socket
 import threading
 import tomllib
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock, Timer
@@ -59,8 +59,7 @@ class SimulatorCache:
             return self._remembering(Simulator(scene))
         sea, rays = before.sea if before.has_sea_of(scene) else None, before.ray_scenes
         if sea is None:
-            del before
-            gc.collect()  # before the next sea takes memory: a sea refers to itself
+            del before  # before the next sea takes memory
             return self._remembering(Simulator(scene, None, rays))
         return Simulator(scene, sea, rays)
 
@@ -78,8 +77,7 @@ class SimulatorCache:
 
     def forget(self) -> None:
         """Free it now."""
-        if self._taken() is not None:
-            gc.collect()
+        self._taken()
 
     def _taken(self) -> Simulator | None:
         with self._lock:
@@ -161,7 +159,6 @@ def _outcome(task: Task, clock: Stopwatch) -> Outcome:
         outcome = ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
     except Exception as error:
         outcome = ended(task, "failed", f"{type(error).__name__}: {error}")
-    gc.collect()  # a sea refers to itself, and the collector does not see how large it is
     return outcome
 
 
@@ -261,3 +258,29 @@ def _cells(ranges: NDArray[np.float64]) -> NDArray[np.intp]:
 def _writable(value: Any) -> Any:
     """Infinity, which JSON has not, in TOML's word for it."""
     return value if not isinstance(value, float) or np.isfinite(value) else str(value)
+
+
+class BySea:
+    """Tasks in groups of one sea each, for workers that keep the sea of their last task."""
+
+    def __init__(self, tasks: Iterable[Task]) -> None:
+        self._groups: dict[str, deque[Task]] = {}
+        for task in tasks:
+            self._groups.setdefault(task.sea, deque()).append(task)
+        self._last: dict[str, str] = {}  # sea of each worker
+
+    def take(self, worker: str) -> Task | None:
+        """The next task for a worker: of its own sea, else of one that nobody works on, else of the one with the most
+        tasks left. None if there is none."""
+        if not self._groups:
+            return None
+        sea = self._last.get(worker, "")
+        if sea not in self._groups:
+            taken = set(self._last.values())
+            free = (each for each in self._groups if each not in taken)
+            sea = next(free, max(self._groups, key=lambda each: len(self._groups[each])))
+        self._last[worker] = sea
+        task = self._groups[sea].popleft()
+        if not self._groups[sea]:
+            del self._groups[sea]
+        return task

@@ -25,7 +25,7 @@ from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
 from ..report.reduce import main_waves
-from ..resolved_scene import masts
+from ..resolved_scene import installation_of
 from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..session.pace import Pace
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 LEAST_RUNGS_A_BIN = 4
 _RADAR = ("radar_visible_fraction", "radar_r50")
-RADAR_LEVEL_DB = -6.0  # of the levels, that which is told in a line
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
 
 
@@ -152,8 +151,8 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float, f
     from .visible_dataset import Window  # takes a second
     from .visible_tally import Looks
 
-    mast = masts(scene, sea).true
-    grid = polar_grid(mast.radar, meshing, 0, mast)
+    mast = installation_of(scene, sea)
+    grid = polar_grid(mast, meshing, 0)
     rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
     if bin_m < LEAST_RUNGS_A_BIN * rung:
         least = LEAST_RUNGS_A_BIN * rung
@@ -211,7 +210,8 @@ def write_shadowing(
 def headlines(data: xr.Dataset) -> list[str]:
     """A line per height: beyond which range half is shadowed, along the waves, at 45°, across, all looks; a last line
     says when water is visible to a radar."""
-    from .visible_dataset import OUTSIDE  # takes a second
+    from .visible_dataset import OUTSIDE  # it and the next take a second
+    from .visible_tally import RADAR_LEVEL_DB
 
     lines = []
     for height in data["height"].values:
@@ -221,7 +221,7 @@ def headlines(data: xr.Dataset) -> list[str]:
             lines.append(f"mast {height:g} m: {notes[0]}")
             continue
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
-        words = [_half_in_words(mast.sel(look=look)) for look in looked]
+        words = [_half_in_words(mast.sel(look=look), RADAR_LEVEL_DB) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
     if data["look_radar_r50"].sel(level=RADAR_LEVEL_DB).notnull().any():
         lines.append(
@@ -231,13 +231,13 @@ def headlines(data: xr.Dataset) -> list[str]:
     return lines
 
 
-def _half_in_words(mast: xr.Dataset) -> str:
+def _half_in_words(mast: xr.Dataset, level_db: float) -> str:
     where, half = str(mast["look"].values), float(mast["look_r50"])
     if np.isnan(half):
         return f"no range {where} ({mast['look_r50_note'].item()})"
     low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
     band = f" [{low:.0f}, {high:.0f}]" if np.isfinite(low) else ""
-    radar = mast["look_radar_r50"].sel(level=RADAR_LEVEL_DB)
+    radar = mast["look_radar_r50"].sel(level=level_db)
     found = [(str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values]
     by_radar = "".join(f"{each} {to:.0f} m, " for each, to in found if np.isfinite(to))
     return f"{half:.0f} m{band} {where} ({by_radar}Smith {float(mast['look_r50_smith']):.0f} m)"

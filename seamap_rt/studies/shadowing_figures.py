@@ -15,8 +15,7 @@ from matplotlib.lines import Line2D
 from ..report import style
 from ..report.page_elements import Cell, Fold, Image, Table, html_page
 from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
-from .shadowing import RADAR_LEVEL_DB
-from .visible_tally import LOOKS
+from .visible_tally import LOOKS, RADAR_LEVEL_DB
 
 _DASHES = {"VV": "-.", "HH": ":"}
 _ALL_DASHES = ("-", *_DASHES.values(), "--")

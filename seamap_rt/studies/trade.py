@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import errno
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -17,13 +16,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..compute.scratch import scratch_folder
+from ..compute.locks import scratch_folder
 from ..errors import InputError, is_interruption
 from ..scene import SceneLike, as_scene
 from ..session.pace import duration
 from .choices import headline, least_confidence
 from .paired import Goal
-from .point import CACHE, Outcome, SchedulerLost, Task, compute, keep, load_point
+from .point import CACHE, BySea, Outcome, SchedulerLost, Task, compute, keep, load_point
 from .sweep import PRODUCTS, Sweep
 from .trade_table import Criterion
 from .vary import chosen_key, refuse_limit
@@ -31,32 +30,6 @@ from .vary import chosen_key, refuse_limit
 if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
-
-
-class BySea:
-    """Tasks in groups of one sea each, for workers that keep the sea of their last task."""
-
-    def __init__(self, tasks: Iterable[Task]) -> None:
-        self._groups: dict[str, deque[Task]] = {}
-        for task in tasks:
-            self._groups.setdefault(task.sea, deque()).append(task)
-        self._last: dict[str, str] = {}  # sea of each worker
-
-    def take(self, worker: str) -> Task | None:
-        """The next task for a worker: of its own sea, else of one that nobody works on, else of the one with the most
-        tasks left. None if there is none."""
-        if not self._groups:
-            return None
-        sea = self._last.get(worker, "")
-        if sea not in self._groups:
-            taken = set(self._last.values())
-            free = (each for each in self._groups if each not in taken)
-            sea = next(free, max(self._groups, key=lambda each: len(self._groups[each])))
-        self._last[worker] = sea
-        task = self._groups[sea].popleft()
-        if not self._groups[sea]:
-            del self._groups[sea]
-        return task
 
 
 Progress = Callable[[str], None]

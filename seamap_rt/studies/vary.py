@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.scratch import scratch_folder
+from ..compute.locks import scratch_folder
 from ..errors import InputError
 from ..io.scenefile import apply_overrides
 from ..io.text import parse_number

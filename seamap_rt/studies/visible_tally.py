@@ -14,9 +14,9 @@ from ..io import scenefile
 from ..io.validation import validate
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
-from ..radar.mast import Mast
+from ..radar.installation import Installation
 from ..radar.scan import sector_width
-from ..resolved_scene import masts, run_sea
+from ..resolved_scene import installation_of, run_sea
 from ..scattering.permittivity import permittivity_of
 from ..scene import Scene
 from ..sea import Sea
@@ -27,6 +27,7 @@ from ..tracing.visibility import two_way_power
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
+RADAR_LEVEL_DB = -6.0  # of the levels, that which is told in a line
 POLARIZATIONS = ("VV", "HH")
 LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
@@ -170,11 +171,11 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
     """
     surface: SurfaceMesh | None = None
     for scene in scenes:
-        mast = masts(scene, sea).true
+        mast = installation_of(scene, sea)
         if reason := _under_water(scene, sea, mast):
             yield reason
             continue
-        grid = polar_grid(mast.radar, meshing, 0, mast)
+        grid = polar_grid(mast, meshing, 0)
         if surface is not None and _same_points(surface.grid, grid):
             surface = replace(surface, grid=grid)
         else:
@@ -192,7 +193,7 @@ def realise(scene: Scene, seed: int) -> tuple[Scene, Sea]:
     return scene, run_sea(scene)
 
 
-def _under_water(scene: Scene, sea: Sea, mast: Mast) -> str:
+def _under_water(scene: Scene, sea: Sea, mast: Installation) -> str:
     """Why an antenna does not stand above the water at time 0; empty if all do."""
     centre = mast.pose(np.zeros(1)).positions[0]
     level = sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import build
 from ..radar.grid import ground_grid
-from ..radar.mast import Mast
+from ..radar.installation import Installation
 from ..radar.scan import sector_width
 from ..radar.waveform import gates
 from ..sea import Sea
-from ..settings import RadarSettings, RetrievalSettings
+from ..settings import RetrievalSettings
 
 
-def where_known(polar: xr.Dataset, sea: Sea, mast: Mast, retrieval: RetrievalSettings) -> xr.Dataset:
+def where_known(polar: xr.Dataset, sea: Sea, installation: Installation, retrieval: RetrievalSettings) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, all but `time` NaN in cells that reach where the sea is not known.
 
     Cells as they lie on the ground at mean level, by their corners and the middles of their near and far sides.
@@ -28,7 +28,7 @@ def where_known(polar: xr.Dataset, sea: Sea, mast: Mast, retrieval: RetrievalSet
         return polar
     half = 0.5 * retrieval.cell_azimuth_deg * np.array([-1.0, 0.0, 1.0])
     ends = 0.5 * retrieval.cell_range_m * np.array([-1.0, 1.0])
-    origin = mast.pose(polar["time"].values[0]).origin
+    origin = installation.pose(polar["time"].values[0]).origin
     slant = np.maximum(polar["range"].values[:, None] + ends, 0.0)
     ground = np.sqrt(np.maximum(slant**2 - origin[:, None, None, 2] ** 2, 0.0))[:, None]  # (look, 1, gate, end)
     azimuth = np.asarray(polar["azimuth"].values[:, None] + half)
@@ -43,22 +43,18 @@ def where_known(polar: xr.Dataset, sea: Sea, mast: Mast, retrieval: RetrievalSet
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exact for cubics
 
 
-def ground_truth(
-    sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int, mast: Mast | None = None
-) -> xr.Dataset:
+def ground_truth(sea: Sea, installation: Installation, retrieval: RetrievalSettings, turn: int) -> xr.Dataset:
     """The schema's `truth/ground` (turn, y, x) of one turn: means of square cells, NaN where the beam does not pass,
     and where the sea is not known.
 
-    Each cell is taken at the time when the beam passes its centre, or all at retrieval.map_time_s. mast: the antennas'
-    motion; without it a boat at rest.
+    Each cell is taken at the time when the beam passes its centre, or all at retrieval.map_time_s.
     """
-    far = float(gates(radar)[-1])  # of the maps: the last gate, not the end of the window
+    far = float(gates(installation.radar)[-1])  # of the maps: the last gate, not the end of the window
     grid = ground_grid(far, retrieval.ground_m)
     x, y = np.meshgrid(grid.x, grid.y)
-    antennas = mast or Mast(radar)
-    inside, time = _passing(antennas, x, y, far, turn, retrieval.cell_azimuth_deg)
+    inside, time = _passing(installation, x, y, far, turn, retrieval.cell_azimuth_deg)
     if retrieval.map_time_s is not None:
-        time = np.where(inside, turn * antennas.period + retrieval.map_time_s, np.nan)
+        time = np.where(inside, turn * installation.period + retrieval.map_time_s, np.nan)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
     if sea.patch is not None:
@@ -85,13 +81,14 @@ def ground_truth(
 
 
 def _passing(
-    mast: Mast, x: NDArray[np.float64], y: NDArray[np.float64], far: float, turn: int, cell_deg: float
+    installation: Installation, x: NDArray[np.float64], y: NDArray[np.float64], far: float, turn: int, cell_deg: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Which points (x, y) [m] the boresight passes in a turn, and when [s], NaN for the others."""
-    radar, width = mast.radar, sector_width(mast.radar)
-    times = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
-    pose = mast.pose(times)
-    swept = (times - times[0]) * mast.rate + mast.swing(times)
+    radar = installation.radar
+    width = sector_width(radar)
+    times = (turn + np.linspace(0.0, 1.0, 721)) * installation.period
+    pose = installation.pose(times)
+    swept = (times - times[0]) * installation.rate + installation.swing(times)
     resting = np.ptp(pose.origin, axis=0).max() == 0.0
     time = np.full(x.shape, times[0])
     inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
@@ -102,8 +99,8 @@ def _passing(
             inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, times[360])
             continue
         inside = np.isclose(width, 360.0) | (sweep <= width)
-        if resting and not mast.swing(times).any():
-            time = (turn + sweep / 360.0) * mast.period  # the same bits as the map's
+        if resting and not installation.swing(times).any():
+            time = (turn + sweep / 360.0) * installation.period  # the same bits as the map's
         else:
             sweep = np.where((sweep < swept[0]) & (sweep + 360.0 <= swept[-1]), sweep + 360.0, sweep)
             time = np.interp(sweep, swept, times)

@@ -17,8 +17,8 @@ from ..conventions import db
 from ..dataset import build
 from ..echoes.radar_cross_section import two_way_power
 from ..mesh import Facets, PolarGrid
-from ..radar.array import antenna_array
 from ..radar.grid import look_sweeps
+from ..radar.installation import Installation
 from ..radar.scan import dwell_power
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings, RetrievalSettings
@@ -48,16 +48,18 @@ _LEAST_RESPONSE = 1e-16  # of the greatest: what is less does not change a sum
 
 
 def polar_truth(
-    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings, turn: int
+    facets: Illumination, rcs: NDArray[np.float32], installation: Installation, retrieval: RetrievalSettings, turn: int
 ) -> xr.Dataset:
     """The schema's `truth/polar` (turn, azimuth, range) of one turn, from the traced facets.
 
     rcs: (column, facet) radar cross-sections [m²], 0 where no ray arrives. NaN in cells without facets. The same bits
     for any number of threads.
     """
+    radar = installation.radar
     sweeps = _sweeps(radar, retrieval)
-    looks, beam = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg), _beam(facets, sweeps, radar, retrieval)
-    cells, weighted = _column_cells(facets, rcs, radar, retrieval)
+    looks = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg)
+    beam = _beam(facets, sweeps, installation, retrieval)
+    cells, weighted = _column_cells(facets, rcs, installation, retrieval)
     bent = facets.field is not None
     return _truth(facets.grid, _added(looks, cells), _added(beam, weighted), radar, retrieval, turn, bent)
 
@@ -95,12 +97,12 @@ def _truth(
 
 
 def _column_cells(
-    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings
+    facets: Illumination, rcs: NDArray[np.float32], installation: Installation, retrieval: RetrievalSettings
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Each column's sums (column, gate, quantity) over the gates' cells, and (column, gate, 2) of area and height by
     the gates' response."""
-    apart, *bands = _bands(facets, radar, retrieval)
-    shape = facets.grid.columns, gates(radar).size
+    apart, *bands = _bands(facets, installation, retrieval)
+    shape = facets.grid.columns, gates(installation.radar).size
     cells, weighted = np.empty((*shape, QUANTITIES)), np.empty((*shape, 2))
     for columns in facets.grid.parts:
         given = _surface(facets, rcs, columns, apart), *bands, cells[columns], weighted[columns]
@@ -126,14 +128,15 @@ def _surface(facets: Illumination, rcs: NDArray[np.float32], columns: slice, apa
 
 
 def _bands(
-    facets: Facets, radar: RadarSettings, retrieval: RetrievalSettings
+    facets: Facets, installation: Installation, retrieval: RetrievalSettings
 ) -> tuple[NDArray[np.float64], Bins, Band, Band]:
     """Where (facet, part) [m] a facet's parts lie from its point, the bins, and how they make the gates' cells and what
     the gates hear."""
     rungs = float(np.diff(facets.grid.ground_range).max())
     divided = rungs > retrieval.cell_range_m / _POINTS_A_CELL
     apart = _halves(facets.grid) if divided else np.zeros((facets.distance.size, 1))
-    ranges, pulse = gates(radar), RangeResponse.of(radar)
+    radar, pulse = installation.radar, installation.response
+    ranges = gates(radar)
     reach = max(pulse.support_m, 0.5 * retrieval.cell_range_m)
     # Bins narrower than half the facets' spacing would be empty in places.
     bins = _bins(ranges, max(radar.range_sampling_m / _BINS_PER_GATE, 0.5 * rungs), reach)
@@ -146,11 +149,11 @@ def _sweeps(radar: RadarSettings, retrieval: RetrievalSettings) -> NDArray[np.fl
 
 
 def _beam(
-    facets: Facets, sweeps: NDArray[np.float64], radar: RadarSettings, retrieval: RetrievalSettings
+    facets: Facets, sweeps: NDArray[np.float64], installation: Installation, retrieval: RetrievalSettings
 ) -> NDArray[np.float64]:
     """(look, column): power of the beam over the look's dwell."""
-    width = 0.0 if radar.scan == "staring" else retrieval.cell_azimuth_deg
-    return dwell_power(antenna_array(radar), sweeps[:, None] - facets.grid.column_sweep, width)
+    width = 0.0 if installation.radar.scan == "staring" else retrieval.cell_azimuth_deg
+    return dwell_power(installation.array, sweeps[:, None] - facets.grid.column_sweep, width)
 
 
 def _seen(facets: Illumination) -> NDArray[np.float32]:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.dataset import check
 from seamap_rt.interferometry import retrieve
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
+from seamap_rt.radar.platform import boat_motion
 from seamap_rt.radar.pose import antenna_axes
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
@@ -60,14 +61,14 @@ def test_pulses_and_places_are_the_radars(mode: tuple[str, str]) -> None:
         analytic.FlatSea(), radar, attitude_deg=(6.0, -2.0, 70.0), turns=3, position_m=lambda t: np.outer(t, (1, 2, 0))
     )
     check("echoes", made)
-    mast = Mast(radar, platform, known=True)
-    fired = [pulses(radar, turn, mast) for turn in range(3)]
+    mast = Installation(radar, platform, sensors=boat_motion(platform)).sensed
+    fired = [pulses(mast, turn) for turn in range(3)]
     np.testing.assert_array_equal(made["pulse"], np.concatenate([each.number for each in fired]))
     np.testing.assert_array_equal(made["transmitter"], np.concatenate([each.transmitter for each in fired]))
     np.testing.assert_array_equal(made["turn"], np.repeat(np.arange(3), [each.number.size for each in fired]))
     time = made["time"].values
     np.testing.assert_allclose(time, np.concatenate([each.time for each in fired]), atol=1e-15)
-    poses = [each.mast.pose(each.time) for each in fired]
+    poses = [each.installation.pose(each.time) for each in fired]
     np.testing.assert_allclose(made["azimuth"], np.concatenate([each.bearing for each in poses]), atol=1e-9)
     places = np.concatenate([each.offsets for each in poses])
     middle = np.stack((time, 2.0 * time, np.full(time.size, 5.0)), axis=1)

@@ -228,7 +228,6 @@ def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one(
         ("app/jobs.py", "os.killpg("),
         ("compute/locks.py", "os.kill("),  # signal 0: whether there is one
         ("compute/locks.py", "alive("),
-        ("compute/scratch.py", "alive("),  # whose folder stays if anybody lives
     }
 
 

@@ -17,7 +17,7 @@ from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.array import antenna_array
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
@@ -47,8 +47,8 @@ def radar_of(**others) -> RadarSettings:
     return RadarSettings.model_validate({"noise": False, "sector_deg": (20.0, 24.0), "range_m": (20.0, 60.0), **others})
 
 
-def mast_of(radar: RadarSettings, platform: dict | None) -> Mast:
-    return Mast(radar, PlatformSettings.model_validate(platform or {}))
+def mast_of(radar: RadarSettings, platform: dict | None) -> Installation:
+    return Installation(radar, PlatformSettings.model_validate(platform or {}))
 
 
 def sea_seen(
@@ -61,10 +61,10 @@ def sea_seen(
         wave = SinusoidWaves(
             spectrum="sinusoid", height_m=height_m, wavelength_m=20.0, phase_deg=40.0, wave_from_deg=25.0
         )
-    sea, grid = sea_package.realize(SeaSettings(waves=(wave,)), 1), polar_grid(radar, TracingSettings(), turn, mast)
+    sea, grid = sea_package.realize(SeaSettings(waves=(wave,)), 1), polar_grid(mast, TracingSettings(), turn)
     facets = trace_horizon(surface_mesh(grid, *sea_on_grid(sea, grid)))
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
-    return facets, rcs, pulses(radar, turn, mast)
+    return facets, rcs, pulses(mast, turn)
 
 
 def speckle_weights(seed: int, column_number: int, modes: int, facets: int) -> NDArray[np.complex64]:
@@ -90,7 +90,7 @@ def direct_sum(
     """
     array, ranges, k = antenna_array(radar), gates(radar), 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
     grid, lit, drawn = facets.grid, facets.lit, still_speckle(facets)
-    reach = grid.reach_deg / fired.mast.rate if fired.mast.rate else np.inf
+    reach = grid.reach_deg / fired.installation.rate if fired.installation.rate else np.inf
     voltages = np.zeros((fired.number.size, len(array.receivers), ranges.size), dtype=np.complex128)
     sampled = np.zeros(voltages.shape[:2], dtype=bool)
     for slot, each in enumerate(array.cycle):

@@ -12,6 +12,7 @@ from seamap_rt.echoes import turn as summing
 from seamap_rt.echoes.response import tabulated
 from seamap_rt.echoes.slow_time import choose_nodes, correlation_of, interpolation_weights, widest
 from seamap_rt.echoes.turn import turn_echoes
+from seamap_rt.radar.installation import Installation
 from seamap_rt.settings import RadarSettings
 
 PULSE_S = 1e-4
@@ -37,7 +38,7 @@ def test_a_turn_misses_between_its_nodes_what_the_law_says(share: float, monkeyp
     monkeypatch.setattr(summing, "tabulated", lambda radar, _: tabulated(radar))
     exact = at_nodes(seen, np.inf)[1]
     nodes = choose_nodes(facets, seen.radar, seen.fired, np.inf, neglected=share)
-    found = turn_echoes(facets, rcs, seen.radar, seen.fired, SEED, np.inf, neglected=share).voltage
+    found = turn_echoes(facets, rcs, Installation(seen.radar), seen.fired, SEED, np.inf, neglected=share).voltage
     missed = np.nanmean(np.abs(found - exact) ** 2) / np.nanmean(np.abs(exact) ** 2)
     assert missed == pytest.approx(nodes.missed, rel=0.3)  # forty facets' mean; found 0.9 to 0.95 of it
     assert nodes.missed <= share

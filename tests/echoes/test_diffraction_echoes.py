@@ -12,6 +12,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.paths import facet_paths, wavenumber
 from seamap_rt.mesh import SurfaceMesh, polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.tracing import Illumination
@@ -29,7 +30,7 @@ def radar_of(**others) -> RadarSettings:
 
 def behind_a_ridge(radar: RadarSettings) -> tuple[SurfaceMesh, Illumination, NDArray[np.float32]]:
     """A flat sea with a ridge, its diffracted facets, and the same radar cross-section per area on all of them."""
-    grid = polar_grid(radar, TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     elevation = np.broadcast_to(np.where(np.abs(grid.ground_range - RIDGE) < 0.25, HEIGHT, 0.0), shape)
     mesh = surface_mesh(grid, elevation, np.zeros((*shape, 3), np.float32))
@@ -44,14 +45,14 @@ def test_field_of_one_everywhere_changes_nothing(transmit: str) -> None:
     _, facets, rcs = behind_a_ridge(radar)
     plain = replace(facets, lit=np.ones_like(facets.lit), field=None)
     bent = replace(facets, field=np.ones(facets.lit.shape, np.complex64))
-    straight, over = (facet_paths(f, rcs, radar, slice(3, 9)) for f in (plain, bent))
+    straight, over = (facet_paths(f, rcs, Installation(radar), slice(3, 9)) for f in (plain, bent))
     assert straight.amplitude.dtype == np.float32
     assert over.amplitude.dtype == np.complex64
     np.testing.assert_array_equal(over.amplitude, straight.amplitude)
-    fired = pulses(radar, 0)
-    voltages, same = (turn_voltages(f, rcs, radar, fired, 3, 0.01) for f in (plain, bent))
+    fired = pulses(Installation(radar), 0)
+    voltages, same = (turn_voltages(f, rcs, Installation(radar), fired, 3, 0.01) for f in (plain, bent))
     np.testing.assert_array_equal(same, voltages)
-    expected, other = (expected_look_gates(f, rcs, radar, 1.8) for f in (plain, bent))
+    expected, other = (expected_look_gates(f, rcs, Installation(radar), 1.8) for f in (plain, bent))
     np.testing.assert_allclose(other.power, expected.power, rtol=1e-12)
     np.testing.assert_allclose(other.covariance, expected.covariance, rtol=1e-12)
 
@@ -61,8 +62,10 @@ def test_amplitudes_go_out_and_back() -> None:
     _, facets, rcs = behind_a_ridge(radar)
     assert facets.field is not None
     columns = slice(2, 5)
-    free = facet_paths(replace(facets, lit=np.ones_like(facets.lit), field=None), rcs, radar, columns).amplitude
-    found = facet_paths(facets, rcs, radar, columns).amplitude
+    free = facet_paths(
+        replace(facets, lit=np.ones_like(facets.lit), field=None), rcs, Installation(radar), columns
+    ).amplitude
+    found = facet_paths(facets, rcs, Installation(radar), columns).amplitude
     lower, upper = facets.field[:, columns].astype(np.complex128)
     for pair, ways in enumerate((lower * lower, lower * upper, upper * upper)):
         # complex64: some roundings of 6e-8
@@ -79,9 +82,11 @@ def test_speckled_mean_is_the_expectation(transmit: str) -> None:
     """
     radar = radar_of(transmit=transmit, sector_deg=(0.0, 360.0), baseline_m=0.2)
     _, facets, rcs = behind_a_ridge(radar)
-    got = expected_look_gates(facets, rcs, radar, 1.8)
-    fired = pulses(radar, 0)
-    voltages = turn_voltages(facets, rcs, radar, fired, seed=5, decorrelation_time_s=1e-3).astype(np.complex128)
+    got = expected_look_gates(facets, rcs, Installation(radar), 1.8)
+    fired = pulses(Installation(radar), 0)
+    voltages = turn_voltages(facets, rcs, Installation(radar), fired, seed=5, decorrelation_time_s=1e-3).astype(
+        np.complex128
+    )
     covariance = got.covariance.mean(axis=0)
     shape = (50, -1, voltages.shape[2])
     ratio = (voltages[:, 0] * voltages[:, 1].conj()).reshape(shape).mean(axis=1) / covariance
@@ -97,7 +102,7 @@ def test_speckled_mean_is_the_expectation(transmit: str) -> None:
     # It would show if the detour's phase had the other sign, or none: in the shadow it is a radian and more.
     assert facets.field is not None
     sizes = replace(facets, field=np.abs(facets.field).astype(np.complex64))
-    straight = expected_look_gates(sizes, rcs, radar, 1.8)
+    straight = expected_look_gates(sizes, rcs, Installation(radar), 1.8)
     turned = np.angle(covariance / straight.covariance.mean(axis=0))
     assert np.abs(turned).max() > 1.0
 
@@ -110,7 +115,9 @@ def test_in_deep_shadow_the_phase_is_the_ridges() -> None:
     column = facets.grid.columns // 2
     lone = np.zeros_like(rcs)
     lone[column, chosen] = 1.0
-    voltages = turn_voltages(facets, lone, radar, pulses(radar, 0), 1, np.inf).astype(np.complex128)
+    voltages = turn_voltages(facets, lone, Installation(radar), pulses(Installation(radar), 0), 1, np.inf).astype(
+        np.complex128
+    )
     place = np.unravel_index(np.abs(voltages[:, 0]).argmax(), voltages[:, 0].shape)
     found = np.angle(voltages[place[0], 0, place[1]] * voltages[place[0], 1, place[1]].conj())
     heights = mesh.grid.pose.positions[0, :, 2]

@@ -25,6 +25,7 @@ from seamap_rt.echoes.speckle import (
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.settings import RadarSettings, SeaSettings, SinusoidWaves, TracingSettings
@@ -43,7 +44,7 @@ def radar_of(**others) -> RadarSettings:
 
 def flat_sea(radar: RadarSettings) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea at rest."""
-    grid = polar_grid(radar, TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
     return facets, np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
@@ -168,10 +169,10 @@ def test_doppler_in_the_voltages() -> None:
     # and interpolation between nodes, at a prf of 4 kHz, must not fold what breakers at 4 m/s echo at 267 Hz.
     radar = radar_of(rotation_rpm=6.0, sector_deg=(20.0, 50.0), prf_hz=4e3)
     facets, rcs = flat_sea(radar)
-    fired, lags = pulses(radar, 0), np.array([1, 3, 6, 10, 16])
+    fired, lags = pulses(Installation(radar), 0), np.array([1, 3, 6, 10, 16])
 
     def correlation(tau: float, motion: Motion | None) -> NDArray[np.complex128]:
-        v = turn_voltages(facets, rcs, radar, fired, SEED, tau, motion=motion)[:, 0].astype(np.complex128)
+        v = turn_voltages(facets, rcs, Installation(radar), fired, SEED, tau, motion=motion)[:, 0].astype(np.complex128)
         power = np.sum(np.abs(v) ** 2)
         return np.array([np.sum(v[lag:] * v[: v.shape[0] - lag].conj()) / power for lag in lags])
 
@@ -202,10 +203,12 @@ def test_motion_leaves_the_power(tau: float) -> None:
     # its own mean, or the nearest would outweigh all others.
     radar = radar_of(sector_deg=(20.0, 50.0), rotation_rpm=12.0, prf_hz=2e3)
     facets, rcs = flat_sea(radar)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     motion = motion_of(facets, approaching=0.7, breaking=0.4, speed=2.0, spread=0.3)
     still, moving = (
-        np.mean(np.abs(turn_voltages(facets, rcs, radar, fired, SEED, tau, motion=each)) ** 2, axis=(0, 1))
+        np.mean(
+            np.abs(turn_voltages(facets, rcs, Installation(radar), fired, SEED, tau, motion=each)) ** 2, axis=(0, 1)
+        )
         for each in (None, motion)
     )
     assert np.mean(moving / still) == pytest.approx(1.0, abs=0.2)
@@ -221,7 +224,7 @@ def test_doppler_follows_the_swell() -> None:
     facets = trace_horizon(mesh_turn(sea, radar, TracingSettings(columns_per_beam=3), 0))
     assert facets.lit.all()
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     wavenumber, middle = 2.0 * np.pi / 60.0, float(fired.time.mean())
     omega, slant = np.sqrt(9.81 * wavenumber), gates(radar)
     out = np.sqrt(slant**2 - 10.0**2)
@@ -230,7 +233,9 @@ def test_doppler_follows_the_swell() -> None:
     closing = inward * out / slant + up * 10.0 / slant
     for approaching, share, speed in ((1.0, None, 0.0), (0.0, None, 0.0), (0.5, 1.0, -2.0)):
         motion = motion_of(facets, approaching=approaching, breaking=share, speed=speed)
-        v = turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion)[:, 0].astype(np.complex128)
+        v = turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion)[:, 0].astype(
+            np.complex128
+        )
         found = np.angle(np.sum(v[1:] * v[:-1].conj(), axis=0)) * radar.prf_hz / (2.0 * np.pi)
         own = (2.0 * approaching - 1.0) * 0.24 if share is None else -speed
         difference = found - 2.0 * (closing + own) / WAVELENGTH
@@ -249,9 +254,9 @@ def test_motion_leaves_the_interferometric_phase() -> None:
     rcs = np.zeros_like(whole)
     column, facet = rcs.shape[0] // 2, rcs.shape[1] // 2
     rcs[column, facet] = whole[column, facet]
-    fired, products = pulses(radar, 0), []
+    fired, products = pulses(Installation(radar), 0), []
     for motion in (None, motion_of(facets, approaching=1.0, breaking=0.5, speed=3.0, spread=0.3)):
-        v = turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion).astype(np.complex128)
+        v = turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion).astype(np.complex128)
         product = v[:, 0] * v[:, 1].conj()
         bright = np.abs(product) > 1e-2 * np.abs(product).max()
         assert bright.sum() > 50
@@ -263,19 +268,19 @@ def test_motion_leaves_the_interferometric_phase() -> None:
 def test_threads_and_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     radar = radar_of(transmit="switched")
     facets, rcs = flat_sea(radar)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     breaking = np.random.default_rng(2).uniform(size=rcs.shape).astype(np.float32)
     breaking[::3] = 0.0  # columns without breakers
     motion = motion_of(facets, approaching=0.7, breaking=breaking, speed=-3.0, spread=0.3)
     heard = []
     for count in (1, 2, 2):
         monkeypatch.setattr(machine, "threads", lambda count=count: count)
-        heard.append(turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion))
+        heard.append(turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion))
     one, two, again = heard
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(two, again)
     monkeypatch.setattr(turn, "BATCH_COLUMNS", 7)  # only the order of the sum changes: float32
-    other = turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion)
+    other = turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion)
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-5 * np.abs(one).max())
 
 
@@ -321,9 +326,9 @@ def test_motion_is_refused(others: dict, words: str) -> None:
 def test_motion_of_other_facets_is_refused() -> None:
     radar = radar_of()
     facets, rcs = flat_sea(radar)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     with pytest.raises(ValueError, match="make it from the grid of the same turn"):
-        turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion_of())
+        turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion_of())
     breaking = np.zeros((rcs.shape[0], 3), dtype=np.float32)
     with pytest.raises(ValueError, match="one share for each facet"):
-        turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion_of(facets, breaking=breaking))
+        turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01, motion=motion_of(facets, breaking=breaking))

@@ -23,6 +23,7 @@ from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.echoes.turn import ReceiveGeometry
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.random_streams import Stream
@@ -60,7 +61,7 @@ def seen_by(
 ) -> Seen:
     """Facets all over the window and within the pulse's reach beyond its ends."""
     mast = mast_of(radar, platform)
-    grid = polar_grid(radar, TracingSettings(), 0, mast)
+    grid = polar_grid(mast, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     moving = np.broadcast_to(np.array(velocity, np.float32), (*shape, 3))
     facets = trace_horizon(surface_mesh(grid, np.zeros(shape), moving))
@@ -70,7 +71,7 @@ def seen_by(
     for distance in (*rng.uniform(near, far, 8), near + 0.2, near - 2.0, far - 0.2, far + 2.0):
         rcs[rng.integers(grid.columns), np.searchsorted(facets.distance, distance)] = rng.uniform(0.1, 3.0)
     rcs[grid.columns // 2, np.searchsorted(facets.distance, 0.5 * (near + far))] = 3.0
-    return Seen(radar, facets, rcs, pulses(radar, 0, mast))
+    return Seen(radar, facets, rcs, pulses(mast, 0))
 
 
 def motion_of(facets: Illumination) -> Motion:
@@ -114,10 +115,10 @@ def _speckle_of(
 ) -> Callable[[int, int], NDArray[np.complex128]]:
     """(column, facet) → its speckle (pulse,) at the chosen ones, 0 where the beam is elsewhere."""
     facets, fired = seen.facets, seen.fired
-    reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
+    reach = np.inf if fired.installation.rate == 0.0 else _reach(facets, fired)
     window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
     # What the modes are is tested by their covariance (test_speckle_basis).
-    speckle = ReceiveGeometry.of(facets, seen.radar, fired, SEED, decorrelation_time_s, motion).speckle
+    speckle = ReceiveGeometry.of(facets, Installation(seen.radar), fired, SEED, decorrelation_time_s, motion).speckle
 
     def speckle_of(column: int, facet: int) -> NDArray[np.complex128]:
         passing = facets.grid.column_pose[slice(column, column + 1)]
@@ -182,14 +183,18 @@ def _wavenumber(radar: RadarSettings) -> float:
 def _reach(facets: Illumination, fired: Pulses) -> float:
     """Seconds: where a boat that yaws slows the beam, it hears a column for longer."""
     slowest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).max())
-    return facets.grid.reach_deg / (slowest if slowest < fired.mast.rate * (1.0 - 1e-6) else fired.mast.rate)
+    return facets.grid.reach_deg / (
+        slowest if slowest < fired.installation.rate * (1.0 - 1e-6) else fired.installation.rate
+    )
 
 
 def error(seen: Seen, decorrelation_time_s: float = TAU, motion: Motion | None = None) -> float:
     """rms over nodes, receivers and gates, of the rms voltage; the silent must be silent."""
     chosen, exact = at_nodes(seen, decorrelation_time_s, motion)
     fired = seen.fired
-    found = turn_voltages(seen.facets, seen.rcs, seen.radar, fired, SEED, decorrelation_time_s, motion=motion)[chosen]
+    found = turn_voltages(
+        seen.facets, seen.rcs, Installation(seen.radar), fired, SEED, decorrelation_time_s, motion=motion
+    )[chosen]
     np.testing.assert_array_equal(np.isnan(found), np.isnan(exact))
     assert np.nanmean(np.abs(exact) ** 2) > 0.0
     return float(np.sqrt(np.nanmean(np.abs(found - exact) ** 2) / np.nanmean(np.abs(exact) ** 2)))
@@ -241,7 +246,7 @@ def test_few_facets_from_a_boat_that_yaws_against_its_turntable() -> None:
     # The turntable turns at 72°/s and the boat back at 50: the beam hears a column for three times as long.
     yawing = {"motion": "sinusoidal", "yaw_deg": 40.0, "yaw_period_s": 5.0, "yaw_phase_deg": 180.0}
     seen = seen_by(radar_of(rotation_rpm=12.0), yawing, velocity=(0.0, 0.0, 0.0))
-    assert _reach(seen.facets, seen.fired) > 3.0 * seen.facets.grid.reach_deg / seen.fired.mast.rate
+    assert _reach(seen.facets, seen.fired) > 3.0 * seen.facets.grid.reach_deg / seen.fired.installation.rate
     assert error(seen, np.inf) < 2e-3  # and all pulses between nodes
 
 
@@ -293,7 +298,7 @@ def test_a_facet_that_one_antenna_sees_is_heard_on_that_ones_own_path() -> None:
     lit[1] = False
     half = replace(seen, facets=replace(seen.facets, lit=lit))
     assert error(half) < PLAIN
-    found = turn_voltages(half.facets, half.rcs, half.radar, half.fired, SEED, TAU)
+    found = turn_voltages(half.facets, half.rcs, Installation(half.radar), half.fired, SEED, TAU)
     upper = half.fired.transmitter == 1
     assert np.any(found[~upper, 0])
     assert not found[~upper, 1].any()
@@ -310,7 +315,7 @@ def test_water_that_rises_under_far_beams_keeps_its_phase() -> None:
         alone[seen.facets.grid.columns // 2, np.searchsorted(seen.facets.distance, far)] = 1.0
         seen = replace(seen, rcs=alone)
         chosen, exact = at_nodes(seen, np.inf)
-        found = turn_voltages(seen.facets, alone, radar, seen.fired, SEED, np.inf)[chosen].astype(complex)
+        found = turn_voltages(seen.facets, alone, Installation(radar), seen.fired, SEED, np.inf)[chosen].astype(complex)
         pairs, true = (each[:, 0] * each[:, 1].conj() for each in (found, exact))
         heard = np.abs(true) > 0.1 * np.abs(true).max()
         assert np.abs(np.angle(pairs[heard] * true[heard].conj())).max() < 1.05e-3
@@ -338,8 +343,10 @@ def noise_of(first_deg: float, last_deg: float, turn: int = 0, **others: Any) ->
     quiet = radar_of(range_m=(20.0, 60.0))
     seen = seen_by(quiet)
     radar = quiet.model_copy(update={"noise": True, "sector_deg": (first_deg, last_deg), **others})
-    fired = pulses(radar, turn)
-    return fired, turn_voltages(seen.facets, np.zeros_like(seen.rcs), radar, fired, SEED, TAU).astype(complex)
+    fired = pulses(Installation(radar), turn)
+    return fired, turn_voltages(seen.facets, np.zeros_like(seen.rcs), Installation(radar), fired, SEED, TAU).astype(
+        complex
+    )
 
 
 def correlation(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> float:
@@ -368,7 +375,7 @@ def test_a_pulse_keeps_its_noise_whichever_others_are_sent() -> None:
     """Its numbers are those of its own number, counted from time 0."""
     fired, whole = noise_of(0.0, 140.0)
     for first in (36.0, 40.0):
-        late = pulses(radar_of(sector_deg=(0.0, 140.0 - first)), 0)
+        late = pulses(Installation(radar_of(sector_deg=(0.0, 140.0 - first))), 0)
         part = noise_of(0.0, 140.0 - first)[1]
         np.testing.assert_array_equal(late.number, fired.number[: late.number.size])
         np.testing.assert_array_equal(part, whole[: part.shape[0]])

@@ -12,6 +12,7 @@ from seamap_rt.conventions import db, from_db
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.expected import ExpectedGates
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.tracing import Illumination
@@ -24,7 +25,7 @@ NRCS_DB = -40.0
 def flat_facets(
     radar: RadarSettings, tracing: TracingSettings | None = None
 ) -> tuple[Illumination, NDArray[np.float32]]:
-    grid = polar_grid(radar, tracing or TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), tracing or TracingSettings(), 0)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
     facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32)))
     rcs = np.broadcast_to(from_db(NRCS_DB) * facets.horizontal_area, facets.height.shape)
@@ -47,7 +48,7 @@ def radar_of(pattern: str, height: float, **others) -> RadarSettings:
 @cache
 def expected(pattern: str, height: float, **others) -> tuple[RadarSettings, ExpectedGates]:
     radar = radar_of(pattern, height, **others)
-    return radar, expected_look_gates(*flat_facets(radar), radar, 1.8)
+    return radar, expected_look_gates(*flat_facets(radar), Installation(radar), 1.8)
 
 
 @pytest.mark.parametrize("pattern", ["slotted_waveguide", "gaussian"])
@@ -88,7 +89,9 @@ def test_own_pairs_have_their_own_spreading() -> None:
 
 def test_facet_size_does_not_matter() -> None:
     radar, coarse = expected("slotted_waveguide", 5.0)
-    fine = expected_look_gates(*flat_facets(radar, TracingSettings(facet_m=0.25, columns_per_beam=8)), radar, 1.8)
+    fine = expected_look_gates(
+        *flat_facets(radar, TracingSettings(facet_m=0.25, columns_per_beam=8)), Installation(radar), 1.8
+    )
     np.testing.assert_allclose(db(fine.power[0, 1] / coarse.power[0, 1]), 0.0, atol=0.005)
 
 
@@ -111,10 +114,10 @@ def test_speckled_mean_is_the_expectation() -> None:
     # independent, and blocks of four looks surely so: the standard error comes from the spread of 50 block means.
     radar = radar_of("slotted_waveguide", 5.0, sector_deg=(0.0, 360.0), range_m=(30.0, 90.0), transmit="single")
     facets, rcs = flat_facets(radar)
-    fired = pulses(radar, 0)
-    voltages = turn_voltages(facets, rcs, radar, fired, seed=11, decorrelation_time_s=1e-3)
+    fired = pulses(Installation(radar), 0)
+    voltages = turn_voltages(facets, rcs, Installation(radar), fired, seed=11, decorrelation_time_s=1e-3)
     power = np.abs(voltages) ** 2
-    got = expected_look_gates(facets, rcs, radar, 1.8)
+    got = expected_look_gates(facets, rcs, Installation(radar), 1.8)
     for receiver in (0, 1):
         blocks = power[:, receiver].reshape(50, -1, power.shape[2]).mean(axis=1) / got.power[0, receiver].mean(axis=0)
         error = (blocks.mean(axis=0) - 1.0) / (blocks.std(axis=0, ddof=1) / np.sqrt(50))
@@ -133,7 +136,9 @@ def test_speckle_is_gaussian() -> None:
     # Contrast of single-pulse intensity: ⟨I²⟩/⟨I⟩² = 2 for many facets in a gate.
     radar = radar_of("slotted_waveguide", 5.0, sector_deg=(0.0, 360.0), range_m=(60.0, 75.0), transmit="single")
     facets, rcs = flat_facets(radar)
-    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), seed=3, decorrelation_time_s=0.5e-3)
+    voltages = turn_voltages(
+        facets, rcs, Installation(radar), pulses(Installation(radar), 0), seed=3, decorrelation_time_s=0.5e-3
+    )
     intensity = np.abs(voltages[:, 0, ::5]) ** 2
     intensity /= intensity.mean(axis=0)
     blocks = (intensity**2).mean(axis=1).reshape(50, -1).mean(axis=1)

@@ -14,6 +14,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.receiving import Magnetron
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.receiver import MOST_STRAY, pulse_coherence, stray_within_pulse
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
@@ -28,7 +29,8 @@ MEASURED = {**MAGNETRON, "coherent_on_receive": True}
 def voltages(mode: tuple[str, str], **radar: object) -> NDArray[np.complex128]:
     """(pulse, receiver, gate) of a small sea whose speckle does not change."""
     settings = radar_of(transmit=mode[0], interferogram=mode[1], **radar)
-    return turn_voltages(*_lit(settings), SEED, np.inf).astype(np.complex128)
+    facets, rcs, at, fired = _lit(settings)
+    return turn_voltages(facets, rcs, Installation(at), fired, SEED, np.inf).astype(np.complex128)
 
 
 def _lit(radar: RadarSettings):
@@ -64,8 +66,11 @@ def test_a_pulse_keeps_its_phase_whatever_else_is_sent() -> None:
     """It depends on seed and number alone: not on the sector, nor on what turns came before."""
     whole = radar_of(**MEASURED, sector_deg=(0.0, 360.0), frequency_jitter_hz=1e5)
     part = whole.model_copy(update={"sector_deg": (0.0, 90.0)})
-    all_of_it, quarter = (Magnetron.of(radar, pulses(radar, 1), SEED) for radar in (whole, part))
-    other, before = Magnetron.of(part, pulses(part, 1), SEED + 1), Magnetron.of(part, pulses(part, 0), SEED)
+    all_of_it, quarter = (Magnetron.of(radar, pulses(Installation(radar), 1), SEED) for radar in (whole, part))
+    other, before = (
+        Magnetron.of(part, pulses(Installation(part), 1), SEED + 1),
+        Magnetron.of(part, pulses(Installation(part), 0), SEED),
+    )
     assert all_of_it is not None
     assert quarter is not None
     count = quarter.phase.size
@@ -84,7 +89,7 @@ def test_a_pulse_keeps_its_phase_whatever_else_is_sent() -> None:
 
 def test_a_coherent_transmitter_draws_nothing() -> None:
     radar = radar_of(frequency_jitter_hz=1e5, coherent_on_receive=True)
-    assert Magnetron.of(radar, pulses(radar, 0), SEED) is None
+    assert Magnetron.of(radar, pulses(Installation(radar), 0), SEED) is None
     np.testing.assert_array_equal(
         voltages(MODES[0], frequency_jitter_hz=1e5, coherent_on_receive=True), voltages(MODES[0])
     )
@@ -124,7 +129,7 @@ def test_the_expected_covariance_holds_what_the_transmitter_leaves(mode: tuple[s
     made = []
     for keys in ({}, chosen):
         facets, rcs, radar, _ = _lit(radar_of(transmit=mode[0], interferogram=mode[1], **keys))
-        made.append(expected_look_gates(facets, rcs, radar, 1.8))
+        made.append(expected_look_gates(facets, rcs, Installation(radar), 1.8))
     law = np.exp(-(np.radians(30.0) ** 2)) if mode[1] == "alternating_pulse" else 1.0
     np.testing.assert_allclose(made[1].covariance, law * made[0].covariance, rtol=1e-12)
     np.testing.assert_array_equal(made[1].power, made[0].power)
@@ -163,7 +168,7 @@ def points(jitter: float, mode: tuple[str, str], beyond: float = 0.0) -> tuple[N
 def test_receivers_of_a_pulse_see_the_wavenumber_of_its_own_carrier(mode: tuple[str, str]) -> None:
     """δ/f of the phase k ΔR between them, 31 rad at 25 m, and no more: 3e-3 rad rms, found to float32's 3e-7."""
     (steady, scene), (strayed, _) = points(0.0, mode), points(JITTER, mode)
-    fired = pulses(scene.radar, 0)
+    fired = pulses(Installation(scene.radar), 0)
     sent = Magnetron.of(scene.radar.model_copy(update={"frequency_jitter_hz": JITTER}), fired, scene.seed)
     assert sent is not None
     lower, upper = scene.radar.height_m - 0.45, scene.radar.height_m + 0.45
@@ -191,7 +196,7 @@ def test_against_the_received_signal_itself(beyond: float) -> None:
     out is what turns across the pulse: no more than 2πδ(t − τ), and 0 of points in the gate's middle."""
     (steady, scene), (strayed, _) = points(0.0, MODES[0], beyond), points(JITTER, MODES[0], beyond)
     radar = scene.radar.model_copy(update={"frequency_jitter_hz": JITTER})
-    sent = Magnetron.of(radar, pulses(radar, 0), scene.seed)
+    sent = Magnetron.of(radar, pulses(Installation(radar), 0), scene.seed)
     assert sent is not None
     late, delta = 2.0 * beyond / SPEED_OF_LIGHT, sent.carrier[40:70]
     time = np.linspace(-40e-9, 40e-9, 8001)  # since the gate's own

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT, from_db
 from seamap_rt.echoes import expected_look_gates, from_scatterers, turn_voltages
 from seamap_rt.echoes.turn import choose_nodes
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 
@@ -54,7 +55,7 @@ def test_modes_against_a_direct_sum(mode: tuple[str, str]) -> None:
     # As for any boat (test_moving_boat): 2.5e-3 … 2.9e-3, and 1.1e-3 beyond 35 m.
     radar = radar_of(transmit=mode[0], interferogram=mode[1])
     facets, rcs, fired = sea_seen(radar, RUNNING)
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired)
     assert relative_rms(found, exact) < 4e-3
     assert relative_rms(found[..., 10:], exact[..., 10:]) < 2.5e-3
@@ -66,7 +67,7 @@ def test_modes_where_every_pulse_is_a_node(mode: tuple[str, str]) -> None:
     radar = radar_of(transmit=mode[0], interferogram=mode[1], prf_hz=300.0, rotation_rpm=20.0)
     facets, rcs, fired = sea_seen(radar)
     assert choose_nodes(facets, radar, fired, np.inf).stride == 1
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     assert relative_rms(found, direct_sum(facets, rcs, radar, fired)) < 8e-3
 
 
@@ -74,7 +75,7 @@ def test_modes_where_every_pulse_is_a_node(mode: tuple[str, str]) -> None:
 def _voltages(transmit: str, interferogram: str) -> NDArray[np.complex64]:
     radar = radar_of(transmit=transmit, interferogram=interferogram)
     facets, rcs, fired = sea_seen(radar, ROCKING)
-    return turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    return turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
 
 
 @pytest.mark.parametrize("transmit", ["single", "switched"])
@@ -104,7 +105,7 @@ def test_phase_of_the_expected_covariance(mode: tuple[str, str]) -> None:
     assert facets.lit[:, column, facet].all()
     alone = np.zeros_like(rcs)
     alone[column, facet] = 1.0
-    found = expected_look_gates(facets, alone, radar, 1.8).covariance
+    found = expected_look_gates(facets, alone, Installation(radar), 1.8).covariance
     angle = float(np.angle(found.flat[np.abs(found).argmax()]))
     twice = 2 if mode == ("switched", "alternating_pulse") else 1
     with mpmath.workdps(30):
@@ -133,9 +134,9 @@ def test_the_expected_covariance_of_bent_light_is_that_of_the_voltages(mode: tup
     angles = []
     for field in (None, fields.astype(np.complex64)):
         bent = replace(facets, field=field)
-        covariance = expected_look_gates(bent, alone, radar, 1.8).covariance
+        covariance = expected_look_gates(bent, alone, Installation(radar), 1.8).covariance
         angles.append(np.angle(covariance.flat[np.abs(covariance).argmax()]))
-        volts = turn_voltages(bent, alone, radar, fired, SEED, np.inf).astype(complex)
+        volts = turn_voltages(bent, alone, Installation(radar), fired, SEED, np.inf).astype(complex)
         assert abs(np.angle(np.sum(volts[:, 0] * volts[:, 1].conj()) * np.exp(-1j * angles[-1]))) < 1e-4
     assert abs((angles[1] - angles[0] + 0.8 + np.pi) % (2.0 * np.pi) - np.pi) < 1e-6
 

@@ -15,6 +15,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes import from_scatterers, slow_time, turn_voltages
 from seamap_rt.echoes.slow_time import widest
 from seamap_rt.echoes.turn import choose_nodes
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import Pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import PlatformSettings, RadarSettings
@@ -172,7 +173,7 @@ def test_upright_fans_against_a_direct_sum(platform: dict) -> None:
     radar = radar_of()
     facets, rcs, fired = sea_seen(radar, platform)
     assert choose_nodes(facets, radar, fired, np.inf).stride >= 4
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired)
     # The antennas' own flight taken as a constant radial velocity adds v²t²/2R: 4e-6 m, 2e-3 rad, at 5 m/s, 20 m, 2.5
     # ms.
@@ -186,7 +187,7 @@ def test_gates_and_spreading_that_walk() -> None:
     # What is taken as it is when the beam passes a column: at 5 m/s a facet walks by 1 cm in the beam's 2.5 ms.
     radar = radar_of()
     facets, rcs, fired = sea_seen(radar, UPRIGHT["running"])
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     assert relative_rms(found, direct_sum(facets, rcs, radar, fired, walking=True)) < 8e-3
 
 
@@ -201,7 +202,7 @@ def test_leaning_fans_against_a_direct_sum() -> None:
         settings = radar_of(**radar)
         facets, rcs, fired = sea_seen(settings, platform, height_m=height_m)
         assert np.abs(fired.pose.axes[:, 0, 2]).max() > 0.03
-        found = turn_voltages(facets, rcs, settings, fired, SEED, np.inf)
+        found = turn_voltages(facets, rcs, Installation(settings), fired, SEED, np.inf)
         return relative_rms(found, direct_sum(facets, rcs, settings, fired))
 
     assert error(listing, 0.0, range_m=(60.0, 75.0)) < 0.015
@@ -215,11 +216,11 @@ def test_a_fan_abeam_stays_upright_and_nods(heading: float, brighter: bool) -> N
     # Starboard down, the beam to starboard points 10° down to where the sea is seen at 20 m 14° below the horizon.
     radar = radar_of()
     facets, rcs, fired = sea_seen(radar, {"list_deg": 10.0, "heading_deg": heading})
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     # ±2° of the sector are ±2° off abeam, where the fan leans by 0.35°: 0.004° on the waves at 40 m.
     assert relative_rms(found, direct_sum(facets, rcs, radar, fired)) < 0.02
     facets, rcs, fired = sea_seen(radar)
-    level = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    level = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     assert (np.mean(np.abs(found) ** 2) > np.mean(np.abs(level) ** 2)) == brighter
 
 
@@ -232,7 +233,7 @@ def test_same_bits_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) ->
     heard = []
     for count in (1, 2, 3):
         monkeypatch.setattr(machine, "threads", lambda count=count: count)
-        heard.append(turn_voltages(facets, rcs, radar, fired, SEED, 0.01))
+        heard.append(turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01))
     one, two, three = heard
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(one, three)
@@ -262,7 +263,7 @@ def _about_the_seam(first: Pulses, second: Pulses, before: int, after: int) -> P
 def _turns(decorrelation_time_s: float) -> tuple[RadarSettings, list[tuple], list[NDArray]]:
     radar = radar_of(sector_deg=(22.0, 382.0), range_m=(30.0, 60.0))
     seen = [sea_seen(radar, SEAM, turn) for turn in (0, 1)]
-    return radar, seen, [turn_voltages(f, r, radar, p, SEED, decorrelation_time_s) for f, r, p in seen]
+    return radar, seen, [turn_voltages(f, r, Installation(radar), p, SEED, decorrelation_time_s) for f, r, p in seen]
 
 
 def test_turns_meet() -> None:
@@ -289,5 +290,5 @@ def test_speckle_goes_on_from_turn_to_turn(
     (facets, rcs, first), (_, _, second) = seen
     count = 6
     longer = _about_the_seam(first, second, first.number.size, count)
-    going_on = turn_voltages(facets, rcs, radar, longer, SEED, decorrelation_time_s)
+    going_on = turn_voltages(facets, rcs, Installation(radar), longer, SEED, decorrelation_time_s)
     assert relative_rms(found[1][:count], going_on[-count:]) < most

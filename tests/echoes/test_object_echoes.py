@@ -12,7 +12,7 @@ import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
-from seamap_rt.echoes.objects import EchoingObject, Scatterers, object_scatterers, objects_in_sight, passing
+from seamap_rt.echoes.scenery import EchoingObject, Scatterers, object_scatterers, objects_in_sight, passing
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.tracing.objects import Occluder, placed

@@ -12,6 +12,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.paths import facet_paths
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.scene import Scene
@@ -100,12 +101,12 @@ def test_facet_paths(baseline: float, height: float, tilt: float) -> None:
     radar = RadarSettings(
         baseline_m=baseline, height_m=height, tilt_deg=tilt, sector_deg=(0.0, 0.9), range_m=(15.0, 3000.0)
     )
-    grid = polar_grid(radar, TracingSettings(facet_m=20.0), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(facet_m=20.0), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     elevation = np.random.default_rng(5).normal(0.0, 0.5, shape)
     facets = trace_horizon(surface_mesh(grid, elevation, np.zeros((*shape, 3), np.float32)))
     facets = replace(facets, lit=np.ones_like(facets.lit))
-    paths = facet_paths(facets, np.ones(facets.height.shape, np.float32), radar, slice(2, 4))
+    paths = facet_paths(facets, np.ones(facets.height.shape, np.float32), Installation(radar), slice(2, 4))
     assert facets.distance[-1] > 2990.0
     eps = np.finfo(np.float64).eps
     with mpmath.workdps(50):
@@ -141,14 +142,14 @@ def test_phase_of_a_single_facet_through_the_echo_chain(height: float, transmit:
                 "range_m": (middle - 6.0, middle + 6.0),
             }
         )
-        grid = polar_grid(radar, TracingSettings(facet_m=2.0), 0)
+        grid = polar_grid(Installation(radar), TracingSettings(facet_m=2.0), 0)
         shape = (grid.sweep.size, grid.ground_range.size)
         facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
         column, facet = grid.columns // 2, int(np.argmin(np.abs(np.hypot(facets.distance, height) - middle)))
         rcs = np.zeros(facets.height.shape, np.float32)
         rcs[column, facet] = 1.0
-        fired = pulses(radar, 0)
-        voltages = turn_voltages(facets, rcs, radar, fired, 1, np.inf).astype(np.complex128)
+        fired = pulses(Installation(radar), 0)
+        voltages = turn_voltages(facets, rcs, Installation(radar), fired, 1, np.inf).astype(np.complex128)
         gate = int(np.abs(voltages[:, 0]).max(axis=0).argmax())
         lower, upper = voltages[:, 0, gate], voltages[:, 1, gate]
         strong = np.abs(lower) > 0.1 * np.abs(lower).max()

@@ -14,6 +14,7 @@ from seamap_rt.conventions import db, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
 from seamap_rt.mesh.grid import circle_grid, polar_grid
 from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs, nrcs_composite, permittivity_meissner_wentz12
 from seamap_rt.scattering.composite import CompositeSea
 from seamap_rt.scene import Scene, load_scene
@@ -272,7 +273,9 @@ def test_the_sea_of_the_circle_is_that_of_the_turn() -> None:
     simulator = Simulator(made)
     grid, columns = circle_grid(made.radar, made.meshing)
     circle = surface_mesh(grid, *sea_on_grid(simulator.sea, grid)).facets
-    still = replace(polar_grid(made.radar, made.meshing, 0), time=np.zeros(simulator.mesh(0).grid.sweep.size))
+    still = replace(
+        polar_grid(Installation(made.radar), made.meshing, 0), time=np.zeros(simulator.mesh(0).grid.sweep.size)
+    )
     turn = surface_mesh(still, *sea_on_grid(simulator.sea, still)).facets
     for number in np.flatnonzero(columns)[::7]:
         twin = int(np.argmin(np.abs(turn.grid.column_sweep - grid.column_sweep[number])))

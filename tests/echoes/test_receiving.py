@@ -14,6 +14,7 @@ from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
@@ -52,7 +53,7 @@ def test_antennas_against_a_direct_sum(antennas: list[dict], transmit: str) -> N
     # each other; what that leaves of a constant velocity, ω³ r t³/6 in the beam's ±2.5 ms, is 0.2 µm.
     radar = radar_of(antennas=antennas, transmit=transmit)
     facets, rcs, fired = sea_seen(radar)
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired)
     # The line from an antenna x aside is laid on the middle of each gate: facets off that by s lie x s/R² beside it,
     # for the pulse's s = 1 m and R = 25 m 5e-4 rad, a sixtieth of the beam, where its flank falls by two of that.
@@ -90,7 +91,7 @@ def test_a_sidelobe_clockwise_of_the_beam_hears_what_lies_there(tmp_path: Path) 
     column = int(np.argmin(np.abs(facets.grid.column_sweep - 6.0)))
     alone = np.zeros_like(rcs)
     alone[column, 160] = 1.0  # at 41 m
-    found = np.abs(turn_voltages(facets, alone, radar, fired, SEED, np.inf)[:, 0]).max(axis=1)
+    found = np.abs(turn_voltages(facets, alone, Installation(radar), fired, SEED, np.inf)[:, 0]).max(axis=1)
     off = facets.grid.column_sweep[column] - fired.sweep  # > 0: the facet lies clockwise of the boresight
     level = {at: float(20.0 * np.log10(np.interp(at, off[::-1], found[::-1]) / found.max() + 1e-9)) for at in (4, -4)}
     # Two-way −20 dB; in direction cosines 4° and the facet's 7° below the horizon are 0.03° nearer: 0.02 dB. The
@@ -108,7 +109,7 @@ def test_a_sidelobe_clockwise_of_the_beam_hears_what_lies_there(tmp_path: Path) 
 def test_lopsided_antennas_against_a_direct_sum(tmp_path: Path) -> None:
     radar = radar_of(antenna={"pattern": "file", "file": _lopsided(tmp_path)})
     facets, rcs, fired = sea_seen(radar)
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     assert relative_rms(found, direct_sum(facets, rcs, radar, fired)) < 4e-3
 
 
@@ -121,7 +122,7 @@ def test_channel_imbalance_is_the_upper_receivers_alone(chain: str) -> None:
     if chain == "turn":
         plain, other = radar_of(), radar_of(**unequal)
         facets, rcs, fired = sea_seen(plain)
-        one, two = (turn_voltages(facets, rcs, radar, fired, SEED, 0.01) for radar in (plain, other))
+        one, two = (turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01) for radar in (plain, other))
     else:
         place = [[1.0, 30.0, 0.0]]
         one, two = (from_scatterers(scene_of(**keys), place, 1.0)["voltage"].values for keys in ({}, unequal))
@@ -204,7 +205,7 @@ def staring(**others) -> RadarSettings:
 
 def flat(radar: RadarSettings, speed: float, turn: int = 0) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea that moves outward."""
-    grid = polar_grid(radar, TracingSettings(), turn)
+    grid = polar_grid(Installation(radar), TracingSettings(), turn)
     shape = (grid.sweep.size, grid.ground_range.size)
     velocity = np.zeros((*shape, 3), np.float32)
     velocity[..., 0] = speed * np.sin(np.radians(grid.azimuth))[:, None]
@@ -219,13 +220,13 @@ def test_a_staring_antenna_sees_the_phase_of_a_moving_facet_turn(speed: float) -
     # float32 from node to node err by some 1e-5 rad in each of 50 and more steps at most, the windowed sinc by 1e-3.
     radar = staring(stare_s=0.05)
     facets, rcs = flat(radar, speed)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     assert fired.number.size == 500
     np.testing.assert_array_equal(fired.azimuth, 30.0)
     column, facet = facets.grid.columns // 2, 70
     alone = np.zeros_like(rcs)
     alone[column, facet] = 1.0
-    voltages = turn_voltages(facets, alone, radar, fired, SEED, np.inf)[:, 0].astype(complex)
+    voltages = turn_voltages(facets, alone, Installation(radar), fired, SEED, np.inf)[:, 0].astype(complex)
     gate = int(np.abs(voltages).max(axis=0).argmax())
     lower = radar.height_m - 0.5 * radar.baseline_m  # it alone sends, and is heard here
     slope = facets.distance[facet] / np.hypot(facets.distance[facet], lower)
@@ -242,7 +243,9 @@ def test_speckle_of_a_staring_antenna_lasts_as_long_as_asked() -> None:
     products, power = np.zeros(lags.size, complex), 0.0
     for turn in range(20):
         facets, rcs = flat(radar, 0.0, turn)
-        v = turn_voltages(facets, rcs, radar, pulses(radar, turn), SEED, time_constant)[:, 0].astype(complex)
+        v = turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), turn), SEED, time_constant)[
+            :, 0
+        ].astype(complex)
         products += [np.mean(np.sum(v[lag:] * v[:-lag].conj(), axis=1)) for lag in lags]
         power += np.mean(np.sum(np.abs(v) ** 2, axis=1))
     law = np.exp(-((lags / radar.prf_hz / time_constant) ** 2))

@@ -20,7 +20,7 @@ from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.radar.antenna import antenna
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.scene import Scene, load_scene
@@ -35,8 +35,8 @@ from validation.hard_cases.case import RadialSurface
 def loudness(made: Scene, turn: int = 0, draws: int = 1) -> tuple[Array, Array]:
     """Mean power (pulse, gate) of an object's own echo over pulses' receivers and the first seeds, and the pulses'
     azimuths."""
-    mast = Mast(made.radar, made.platform)
-    fired, grid = pulses(made.radar, turn, mast), polar_grid(made.radar, made.tracing, turn, mast)
+    mast = Installation(made.radar, made.platform)
+    fired, grid = pulses(mast, turn), polar_grid(mast, made.tracing, turn)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
     mesh = surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32))
     power = np.zeros(1)
@@ -161,7 +161,7 @@ def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_
         **swings,
     )
     simulator = Simulator(made)
-    fired = pulses(made.radar, 0, simulator.mast)
+    fired = pulses(simulator.installation, 0)
     volts = simulator.scenery.voltages(simulator.mesh(0), fired)
     assert volts is not None
     power = np.abs(volts[:, 0]) ** 2
@@ -247,7 +247,7 @@ def test_a_crest_hides_a_buoy(tmp_path: Path) -> None:
         simulator = Simulator(made)
         crest = float(simulator.sea.elevation(np.array([-120.0]), np.zeros(1), np.zeros(1))[0])
         assert crest == pytest.approx(0.667 if phase == 0.0 else -0.667, abs=0.01)
-        volts = simulator.scenery.voltages(simulator.mesh(0), pulses(made.radar, 0))
+        volts = simulator.scenery.voltages(simulator.mesh(0), pulses(Installation(made.radar), 0))
         assert volts is not None
         echo[phase] = np.abs(volts).max()
     assert echo[0.0] == 0.0
@@ -299,7 +299,7 @@ def test_an_object_is_sampled_as_the_mode_samples(transmit: str, interferogram: 
         radar__interferogram=interferogram,
     )
     simulator = Simulator(made)
-    fired = pulses(made.radar, 0)
+    fired = pulses(Installation(made.radar), 0)
     volts = simulator.scenery.voltages(simulator.mesh(0), fired)
     assert volts is not None
     sampled = np.isfinite(volts[:, :, 0])
@@ -335,10 +335,10 @@ def test_threads_do_not_change_the_bits(tmp_path: Path, monkeypatch: pytest.Monk
     for count in (1, 2, 3):
         monkeypatch.setattr(machine, "threads", lambda count=count: count)
         simulator = Simulator(made)
-        fired, mesh = pulses(made.radar, 0, simulator.mast), simulator.mesh(0)
+        fired, mesh = pulses(simulator.installation, 0), simulator.mesh(0)
         facets, returns, _ = simulator.light(0, mesh=mesh)
         objects = simulator.scenery.voltages(mesh, fired)
-        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, returns.motion, objects)
+        received = turn_echoes(facets, returns.rcs, Installation(made.radar), fired, 1, 0.01, returns.motion, objects)
         bits.append(received.voltage.tobytes())
     assert bits[0] == bits[1] == bits[2]
 
@@ -351,7 +351,7 @@ def test_an_object_and_the_sea_add_up(tmp_path: Path) -> None:
     silent = scene(mesh, tmp_path, thing={"position_m": here}, **keys)
     both, sea = (simulate(each).echoes["voltage"].values for each in (loud, silent))
     simulator = Simulator(loud)
-    own = simulator.scenery.voltages(simulator.mesh(0), pulses(loud.radar, 0))
+    own = simulator.scenery.voltages(simulator.mesh(0), pulses(Installation(loud.radar), 0))
     assert own is not None
     assert_allclose(both, sea + own, atol=1e-6 * np.abs(both).max())
     assert np.abs(own).max() > 10.0 * np.abs(sea[:, :, -5:]).max()

@@ -10,6 +10,7 @@ from numpy.testing import assert_array_equal
 from scenery_scenes import SPEED, Array, box, lit, places, plate, scene, through_plate, traced
 
 from seamap_rt.conventions import wrap_degrees
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.pose import boat_axes
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import load_scene
@@ -107,7 +108,7 @@ def test_no_objects_change_nothing() -> None:
     facets, after = traced(made)
     assert after is facets
     simulator = Simulator(made)
-    assert simulator.scenery.voltages(simulator.mesh(0), pulses(made.radar, 0)) is None
+    assert simulator.scenery.voltages(simulator.mesh(0), pulses(Installation(made.radar), 0)) is None
 
 
 # ------------------------------------------------------------------------------------------ the boat's own

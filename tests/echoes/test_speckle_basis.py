@@ -19,6 +19,7 @@ from seamap_rt.echoes.speckle import (
 )
 from seamap_rt.echoes.summation import ListedFacets
 from seamap_rt.echoes.turn import ReceiveGeometry, best_towards_any_gate
+from seamap_rt.radar.installation import Installation
 
 NODES, SPACING_S, K = 21, 8e-4, 209.6
 LAG = SPACING_S * (np.arange(NODES)[:, None] - np.arange(NODES))
@@ -60,7 +61,7 @@ def test_a_beam_needs_fewer_modes_than_an_even_ear() -> None:
 def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None) -> None:
     radar = radar_of(sector_deg=(20.0, 50.0))
     facets, _, fired = sea_seen(radar, platform)
-    hearing = ReceiveGeometry.of(facets, radar, fired, SEED, 0.01, None, 1e-4)
+    hearing = ReceiveGeometry.of(facets, Installation(radar), fired, SEED, 0.01, None, 1e-4)
     assert isinstance(hearing.speckle, StillSpeckle)
     reckoned = hearing.beam_window.at(hearing.window)
     assert reckoned.min() < 0.1  # there are nodes that are hardly heard
@@ -75,7 +76,9 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
     cosine = beam.level[:, None, None] * beam.along - beam.drop[:, None, None] * beam.up
     entry = np.clip((cosine * beam.entries_per_cosine + 0.5 * beam.table.shape[2]).astype(int), 0, None)
     voltage = np.abs(beam.table[0, 0, np.minimum(entry, beam.table.shape[2] - 1)]) / beam.table.max()
-    turned = fired.mast.rate * (batch.columns.begin_s[:, None] + hearing.nodes.spacing_s * np.arange(hearing.window))
+    turned = fired.installation.rate * (
+        batch.columns.begin_s[:, None] + hearing.nodes.spacing_s * np.arange(hearing.window)
+    )
     nearest = hearing.tabulated.samples.range[0]
     best = best_towards_any_gate(hearing.beams, turned, hearing.across, radar.height_m, nearest)
     assert np.all(voltage.max(axis=0)[inside] <= best[inside] + 5e-3)  # of a yaw's own turning, which is not reckoned

@@ -15,6 +15,7 @@ from seamap_rt.echoes.spike_field import IlluminatedFacets, SpikeField
 from seamap_rt.mesh import Facets
 from seamap_rt.mesh.grid import polar_grid
 from seamap_rt.mesh.surface import surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering.sea_spikes import LONGEST_LIFE, SeaSpikes, sea_spikes
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import Sea
@@ -29,7 +30,7 @@ def level_sea(turn: int = 0, sector: tuple[float, float] = (0.0, 360.0), height_
     """Facets of a sea at rest, to 60 m from the mast."""
     keys = {"radar.sector_deg": list(sector), "tracing.height_error_m": height_error_m}
     scene = load_scene("choppy_sea", {"radar.range_m": [15.0, 60.0], **keys})
-    grid = polar_grid(scene.radar, scene.meshing, turn)
+    grid = polar_grid(Installation(scene.radar), scene.meshing, turn)
     still = np.zeros((grid.sweep.size, grid.ground_range.size))
     return surface_mesh(grid, still, np.zeros((*still.shape, 3), dtype=np.float32)).facets
 

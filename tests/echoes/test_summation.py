@@ -22,6 +22,7 @@ from seamap_rt.echoes.summation import (
     sum_columns,
 )
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
+from seamap_rt.radar.installation import Installation
 from seamap_rt.random_streams import Stream, key
 
 
@@ -152,7 +153,7 @@ def test_a_turns_batches_are_as_they_are_described(moving: bool, monkeypatch: py
 
     monkeypatch.setattr(turn, "sum_columns", recorded)
     monkeypatch.setattr(turn, "BATCH_COLUMNS", 16)
-    turn_voltages(facets, rcs, radar_of(), fired, SEED, 0.01, motion=motion)
+    turn_voltages(facets, rcs, Installation(radar_of()), fired, SEED, 0.01, motion=motion)
     assert seen
     for batch in seen:
         for group in (batch.columns, batch.facets, batch.speckle, batch.geometry, batch.response, batch.beam):

@@ -11,6 +11,7 @@ from seamap_rt.echoes.slow_time import widest
 from seamap_rt.echoes.turn import turn_echoes, turn_voltages
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import BEAMS_BEYOND, pulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RadarSettings, TracingSettings
@@ -81,17 +82,17 @@ def test_the_flanks_are_cut_where_that_share_lies_beyond() -> None:
 def test_what_is_heard_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     """Speckle that never changes has one number a facet, so a cut beam hears the same within, and nothing beyond."""
     radar = RadarSettings.model_validate({"sector_deg": [0.0, 40.0], "noise": False})
-    grid = polar_grid(radar, TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
     rcs = np.zeros(facets.height.shape, np.float32)
     column, facet = grid.columns // 2, int(np.searchsorted(facets.distance, 100.0))
     rcs[column, facet] = 1.0
-    fired, share = pulses(radar, 0), 1e-4
+    fired, share = pulses(Installation(radar), 0), 1e-4
     # Every pulse summed: what is missed between nodes is another law's matter.
     monkeypatch.setattr(slow_time, "widest", lambda law, interval, share, _: widest(law, interval, share, 1))
-    whole = turn_voltages(facets, rcs, radar, fired, 1, np.inf)
-    cut = turn_echoes(facets, rcs, radar, fired, 1, np.inf, neglected=share).voltage
+    whole = turn_voltages(facets, rcs, Installation(radar), fired, 1, np.inf)
+    cut = turn_echoes(facets, rcs, Installation(radar), fired, 1, np.inf, neglected=share).voltage
     aside = np.abs(fired.sweep - grid.column_sweep[column])
     beam, peak = antenna_array(radar).beam_deg, np.nanmax(np.abs(whole))
     far = aside > (beam_truncation(radar, share) + 1.0) * beam  # a window that ends at −40 dB rings a little further

@@ -17,6 +17,7 @@ from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.turn import ReceiveGeometry, choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
@@ -43,7 +44,7 @@ def sinusoid(radar: RadarSettings, turn: int = 0) -> tuple[Illumination, NDArray
 
 def flat_sea_at_speed(radar: RadarSettings, speed: float) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea that moves outward in every look."""
-    grid = polar_grid(radar, TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     velocity = np.zeros((*shape, 3), np.float32)
     velocity[..., 0] = speed * np.sin(np.radians(grid.azimuth))[:, None]
@@ -128,10 +129,10 @@ def test_nodes_and_interpolation_against_a_direct_sum(others: dict) -> None:
     radar = radar_of(**others)
     facets, rcs = sinusoid(radar)
     assert 0.5 < facets.lit.mean() < 0.99  # there are shadows
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     nodes = choose_nodes(facets, radar, fired, np.inf)
     assert nodes.stride >= 4  # there is something to interpolate
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired, constant_speckle(facets))
     assert relative_rms(found, exact) < (1e-2 if wide else 3e-3)
     # And in the interferogram, where what both receivers share drops out.
@@ -140,7 +141,7 @@ def test_nodes_and_interpolation_against_a_direct_sum(others: dict) -> None:
     assert abs(np.angle(np.sum(product * true.conj()))) < (1e-3 if wide else 3e-4)
     # Without motion what is left is that of patterns, tables and interpolation.
     stopped = replace(facets, velocity_look=0.0 * facets.velocity_look, velocity_up=0.0 * facets.velocity_up)
-    found = turn_voltages(stopped, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(stopped, rcs, Installation(radar), fired, SEED, np.inf)
     assert relative_rms(found, direct_sum(stopped, rcs, radar, fired, constant_speckle(facets))) < 3e-3
 
 
@@ -150,14 +151,14 @@ def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
     radar = radar_of(prf_hz=300.0, rotation_rpm=20.0, transmit="switched")
     time_constant = 0.012
     facets, rcs = sinusoid(radar, turn=0)
-    fired = pulses(radar, 0)
+    fired = pulses(Installation(radar), 0)
     nodes = choose_nodes(facets, radar, fired, time_constant)
     assert nodes.stride == 1
     half = facets.grid.reach_deg
     np.testing.assert_allclose(half, BEAMS * radar.antenna.azimuth_beamwidth_deg, rtol=1e-12)
-    reach = half / fired.mast.rate  # s
+    reach = half / fired.installation.rate  # s
     window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1
-    drawn = ReceiveGeometry.of(facets, radar, fired, SEED, time_constant, None).speckle
+    drawn = ReceiveGeometry.of(facets, Installation(radar), fired, SEED, time_constant, None).speckle
     assert isinstance(drawn, StillSpeckle)
     basis = drawn.basis.astype(np.float64)
     speckle = []
@@ -167,7 +168,7 @@ def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
         first = int(np.ceil((when - reach - nodes.time[0]) / nodes.spacing_s))
         heard = np.flatnonzero(np.abs(fired.sweep - sweep) <= half)
         speckle.append(series[np.clip(heard - first, 0, window - 1)])
-    found = turn_voltages(facets, rcs, radar, fired, SEED, time_constant)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, time_constant)
     exact = direct_sum(facets, rcs, radar, fired, speckle)
     assert relative_rms(found, exact) < 4e-3  # the dwell is three times longer: k B v t/R grows so, v²t²/2R ninefold
 
@@ -176,9 +177,9 @@ def test_a_later_turn_has_its_own_time() -> None:
     # Absolute time enters through the sea alone; within a turn the pulses count from the turn's start.
     radar = radar_of()
     facets, rcs = sinusoid(radar, turn=3)
-    fired = pulses(radar, 3)
+    fired = pulses(Installation(radar), 3)
     assert fired.number[0] == 30_000
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired, constant_speckle(facets))
     assert relative_rms(found, exact) < 3e-3
 
@@ -191,7 +192,9 @@ def test_motion_turns_the_phase(speed: float) -> None:
     # asked for, 8e-4 rad at 2 m/s.
     radar = radar_of(transmit="single", sector_deg=(20.0, 60.0), rotation_rpm=12.0)
     facets, rcs = flat_sea_at_speed(radar, speed)
-    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, np.inf).astype(np.complex128)
+    voltages = turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), 0), SEED, np.inf).astype(
+        np.complex128
+    )
     ranges = gates(radar)
     radial = speed * np.sqrt(1.0 - (radar.height_m / ranges) ** 2)
     wavenumber = 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
@@ -206,7 +209,9 @@ def test_motion_turns_the_phase(speed: float) -> None:
 def test_without_motion_the_phase_stays() -> None:
     radar = radar_of(transmit="single", sector_deg=(20.0, 60.0), rotation_rpm=12.0)
     facets, rcs = flat_sea_at_speed(radar, 0.0)
-    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, np.inf).astype(np.complex128)
+    voltages = turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), 0), SEED, np.inf).astype(
+        np.complex128
+    )
     assert abs(np.angle(np.sum(voltages[1:] * voltages[:-1].conj()))) < 8e-4
 
 
@@ -222,10 +227,10 @@ def test_any_number_of_threads_gives_the_same_bits(kind: str, monkeypatch: pytes
     # 60° are 1667 pulses: noise is drawn in two lots at least, columns are summed in ten.
     radar = radar_of(noise=True, sector_deg=(20.0, 80.0), **RECEIVERS[kind])
     facets, rcs = sinusoid(radar)
-    fired, heard = pulses(radar, 0), []
+    fired, heard = pulses(Installation(radar), 0), []
     for count in (1, 2, 16, 16):
         monkeypatch.setattr(machine, "threads", lambda count=count: count)
-        heard.append(turn_voltages(facets, rcs, radar, fired, SEED, 0.01))
+        heard.append(turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01))
     for other in heard[1:]:
         np.testing.assert_array_equal(heard[0], other)
 
@@ -242,16 +247,16 @@ def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(machine, "kept_workers", counted)
     monkeypatch.setattr(machine, "cores", lambda: list(range(5)))
-    turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, 0.01)
+    turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), 0), SEED, 0.01)
     assert lent == [5] * 6  # the fastest facet, sums, their transpose, pulses between nodes, noise, converter
 
 
 def test_another_seed_has_nothing_in_common_but_the_law() -> None:
     radar = radar_of(noise=True)
     facets, rcs = sinusoid(radar)
-    fired = pulses(radar, 0)
-    one = turn_voltages(facets, rcs, radar, fired, SEED, 0.01)
-    other = turn_voltages(facets, rcs, radar, fired, SEED + 1, 0.01)
+    fired = pulses(Installation(radar), 0)
+    one = turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01)
+    other = turn_voltages(facets, rcs, Installation(radar), fired, SEED + 1, 0.01)
     # |ρ| of 44 × 10 / 0.9 independent samples is below 0.2.
     common = abs(np.vdot(one, other)) / np.sqrt(np.vdot(one, one).real * np.vdot(other, other).real)
     assert common < 0.2
@@ -290,10 +295,10 @@ def test_decorrelation_shows_in_the_voltages() -> None:
     # speckle's times the beam's, and the ratio to the voltages of unchanging speckle is the law itself.
     radar = radar_of(transmit="single", rotation_rpm=6.0, sector_deg=(20.0, 50.0), prf_hz=5e3)
     facets, rcs = flat_sea_at_speed(radar, 0.0)
-    fired, time_constant = pulses(radar, 0), 4e-3
+    fired, time_constant = pulses(Installation(radar), 0), 4e-3
 
     def correlation(tau: float) -> NDArray[np.float64]:
-        v = turn_voltages(facets, rcs, radar, fired, SEED, tau)[:, 0].astype(np.complex128)
+        v = turn_voltages(facets, rcs, Installation(radar), fired, SEED, tau)[:, 0].astype(np.complex128)
         power = np.sum(np.abs(v) ** 2)
         return np.array([np.sum(v[lag:] * v[: v.shape[0] - lag].conj()).real / power for lag in lags])
 
@@ -310,7 +315,9 @@ def noise() -> tuple[RadarSettings, NDArray[np.complex64]]:
     """A turn of nothing but noise."""
     radar = radar_of(noise=True, range_sampling_m=0.75, sector_deg=(20.0, 200.0))
     facets, rcs = flat_sea_at_speed(radar_of(range_sampling_m=0.75, sector_deg=(20.0, 30.0)), 0.0)
-    return radar, turn_voltages(facets, np.zeros_like(rcs), radar, pulses(radar, 0), SEED, 0.01)
+    return radar, turn_voltages(
+        facets, np.zeros_like(rcs), Installation(radar), pulses(Installation(radar), 0), SEED, 0.01
+    )
 
 
 def test_noise_power(noise: tuple[RadarSettings, NDArray[np.complex64]]) -> None:
@@ -340,7 +347,7 @@ def test_noise_correlation(noise: tuple[RadarSettings, NDArray[np.complex64]]) -
 def test_noise_is_added_to_the_echo() -> None:
     quiet, loud = radar_of(noise=False), radar_of(noise=True)
     facets, rcs = flat_sea_at_speed(quiet, 0.0)
-    fired = pulses(quiet, 0)
-    echo, both = (turn_voltages(facets, rcs, radar, fired, SEED, 0.01) for radar in (quiet, loud))
-    alone = turn_voltages(facets, np.zeros_like(rcs), loud, fired, SEED, 0.01)
+    fired = pulses(Installation(quiet), 0)
+    echo, both = (turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01) for radar in (quiet, loud))
+    alone = turn_voltages(facets, np.zeros_like(rcs), Installation(loud), fired, SEED, 0.01)
     np.testing.assert_allclose(both, echo + alone, rtol=0, atol=1e-6 * np.abs(both).max())

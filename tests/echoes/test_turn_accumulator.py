@@ -130,6 +130,6 @@ def test_a_turn_in_parts_takes_the_memory_of_two_parts_beside_its_own(
     assert most < 0.55 * whole  # as 18 bytes to more than 33 of a levelled mesh, its light and what it returns
     facets, returns, _ = simulator.light(0, mesh=mesh)
     retrieval = simulator.scene.retrieval
-    _, most = memory(lambda: polar_truth(facets, returns.rcs, simulator.radar, retrieval, 0))
-    cells = 80.0 * mesh.grid.columns * gates(simulator.radar).size
+    _, most = memory(lambda: polar_truth(facets, returns.rcs, simulator.installation, retrieval, 0))
+    cells = 80.0 * mesh.grid.columns * gates(simulator.installation.radar).size
     assert most < cells + WHILE_WORKED_ON * count / PARTS

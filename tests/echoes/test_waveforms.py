@@ -14,6 +14,7 @@ from seamap_rt.echoes import expected_look_gates, from_scatterers, turn_voltages
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.digital import DigitalReceiver
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, blind_range_m, gates
 from seamap_rt.scene import Scene
@@ -33,7 +34,7 @@ def scene_of(**radar) -> Scene:
 
 
 def flat_facets(radar: RadarSettings) -> tuple[Illumination, NDArray[np.float32]]:
-    grid = polar_grid(radar, TracingSettings(), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(), 0)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
     facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32)))
     return facets, np.broadcast_to(1e-4 * facets.horizontal_area, facets.height.shape).astype(np.float32)
@@ -48,8 +49,8 @@ def test_speckled_mean_is_the_expectation(keys: dict) -> None:
     # that are eclipsed, down to 35 m, are held to it too.
     radar = radar_of(**keys, sector_deg=(0.0, 180.0), range_m=(35.0, 95.0), transmit="single")
     facets, rcs = flat_facets(radar)
-    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), 11, 1e-3)
-    got = expected_look_gates(facets, rcs, radar, 1.8)
+    voltages = turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), 0), 11, 1e-3)
+    got = expected_look_gates(facets, rcs, Installation(radar), 1.8)
     for receiver in (0, 1):
         power = np.abs(voltages[:, receiver].astype(np.complex128)) ** 2
         blocks = power.reshape(25, -1, power.shape[1]).mean(axis=1) / got.power[0, receiver].mean(axis=0)
@@ -65,7 +66,7 @@ def _expected_mean(**keys) -> tuple[RadarSettings, NDArray[np.float64]]:
     wide = {"pattern": "gaussian", "elevation_beamwidth_deg": 90.0}
     radar = radar_of(**keys, antenna=wide, sector_deg=(0.0, 1.8), range_m=(20.0, 105.0), transmit="single")
     facets, rcs = flat_facets(radar)
-    return radar, expected_look_gates(facets, rcs, radar, 1.8).power[0, 0, 0]
+    return radar, expected_look_gates(facets, rcs, Installation(radar), 1.8).power[0, 0, 0]
 
 
 @pytest.mark.parametrize("window", ["none", "hamming"])
@@ -161,12 +162,12 @@ def test_a_digital_turn_is_the_converters_low_pass_on_the_same_voltages() -> Non
     # 0.01.
     radar = radar_of(**DIGITAL)
     facets, rcs, fired = sea_seen(radar)
-    found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
+    found = turn_voltages(facets, rcs, Installation(radar), fired, SEED, np.inf)
     spacing = SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz)
     digital = DigitalReceiver(radar)
     start = digital.sample_range[digital.sample_range > 1.0][0]
     fine = radar_of(range_sampling_m=spacing, range_m=(start, digital.sample_range[-1] + 0.1))
-    samples = turn_voltages(facets, rcs, fine, fired, SEED, np.inf)
+    samples = turn_voltages(facets, rcs, Installation(fine), fired, SEED, np.inf)
     baseband = np.zeros((fired.number.size, 2, digital.sample_range.size), np.complex64)
     baseband[..., -samples.shape[2] :] = samples
     assert abs(gates(fine)[-1] - digital.sample_range[-1]) < 1e-6
@@ -231,9 +232,9 @@ def test_silent_receivers_stay_silent_behind_a_converter() -> None:
 def test_what_saturates_a_turn_is_told() -> None:
     radar = radar_of(receiver={"chain": "digital", "full_scale_dbm": -58.0})
     facets, rcs, fired = sea_seen(radar)
-    received = turn_echoes(facets, 10.0 * rcs, radar, fired, SEED, np.inf)
+    received = turn_echoes(facets, 10.0 * rcs, Installation(radar), fired, SEED, np.inf)
     assert received.saturated is not None
     assert received.saturated.shape == (fired.number.size, gates(radar).size)
     share = received.saturated.mean(axis=0)
     assert share[:5].mean() > share[-5:].mean()
-    assert turn_echoes(facets, rcs, radar_of(), fired, SEED, np.inf).saturated is None
+    assert turn_echoes(facets, rcs, Installation(radar_of()), fired, SEED, np.inf).saturated is None

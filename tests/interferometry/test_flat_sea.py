@@ -14,6 +14,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.interferometry import retrieve
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
@@ -150,9 +151,9 @@ def flat_sea() -> tuple[RadarSettings, xr.Dataset]:
         }
     )
     facets, returns, _ = Simulator(scene).light(0)
-    fired = pulses(scene.radar, 0)
-    voltages = turn_voltages(facets, returns.rcs, scene.radar, fired, 1, 1e-3)
-    return scene.radar, echo_dataset(scene.radar, [fired], [voltages])
+    fired = pulses(Installation(scene.radar), 0)
+    voltages = turn_voltages(facets, returns.rcs, Installation(scene.radar), fired, 1, 1e-3)
+    return scene.radar, echo_dataset(Installation(scene.radar), [fired], [voltages])
 
 
 @pytest.mark.parametrize("estimator", ["single_cell", "sliding_plane"])

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from seamap_rt.compute.asyncio_log import filter_asyncio_log
+from seamap_rt.io.process import filter_asyncio_log
 
 
 class Told(Exception):

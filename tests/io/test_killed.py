@@ -20,12 +20,12 @@ import xarray as xr
 import zarr
 
 from seamap_rt.compute import locks
-from seamap_rt.compute.scratch import scratch_folder
+from seamap_rt.compute.locks import scratch_folder
 from seamap_rt.errors import InputError
 from seamap_rt.io import echo_store
-from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.appendable import AppendableNetCDF, recover
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
-from seamap_rt.io.results_folder import clear_folder, growing, recover, results_folder
+from seamap_rt.io.results_folder import clear_folder, growing, results_folder
 from seamap_rt.io.turn_files import part_of
 
 
@@ -265,7 +265,7 @@ HOLDS = """
 import sys, time
 from pathlib import Path
 from seamap_rt.compute.locks import locked
-from seamap_rt.compute.scratch import scratch_folder
+from seamap_rt.compute.locks import scratch_folder
 with locked(Path(sys.argv[1])), scratch_folder(within=Path(sys.argv[2])) as folder:
     (folder / "large").touch()
     print(folder, flush=True)

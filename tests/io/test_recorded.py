@@ -19,7 +19,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.input.recorded import echoes_from_recording, open_recording
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.settings import PlatformSettings, RadarSettings, RetrievalSettings
 
 Array = NDArray[np.float64]
@@ -296,7 +296,9 @@ def test_antennas_stand_where_the_mast_has_them() -> None:
         "heave_m": 0.4,
         "heading_deg": 350.0,
     }
-    mast = Mast(radar, PlatformSettings.model_validate({**boat, "lever_arm_m": [0.7, -1.2, 3.5], "yaw_phase_deg": 0.0}))
+    mast = Installation(
+        radar, PlatformSettings.model_validate({**boat, "lever_arm_m": [0.7, -1.2, 3.5], "yaw_phase_deg": 0.0})
+    )
     time, _ = clock(1.5)
     pose, motion = mast.pose(time), mast.motion(time)
     scan = mast.schedule(time) - mast.heading

@@ -16,9 +16,9 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.errors import InputError
 from seamap_rt.mesh.grid import PolarGrid, polar_grid
 from seamap_rt.mesh.surface import SurfaceMesh, sea_on_grid, submerged_lines, surface_mesh
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses, sector_width
-from seamap_rt.resolved_scene import masts, run_sea
+from seamap_rt.resolved_scene import installation_of, run_sea
 from seamap_rt.scene import Scene, load_scene
 
 LEVEL, EAST, NORTH = 0.4, 0.03, -0.05  # of the plane z = 0.4 + 0.03 x − 0.05 y
@@ -55,7 +55,7 @@ def scene(sector: list[float], **more: Any) -> Scene:
 
 
 def grid_of(made: Scene, turn: int = 0) -> PolarGrid:
-    return polar_grid(made.radar, made.tracing, turn, Mast(made.radar, made.platform))
+    return polar_grid(Installation(made.radar, made.platform), made.tracing, turn)
 
 
 def mesh_of(made: Scene, turn: int = 0, water: Any = None) -> SurfaceMesh:
@@ -69,11 +69,11 @@ def mesh_of(made: Scene, turn: int = 0, water: Any = None) -> SurfaceMesh:
 @pytest.mark.parametrize("turn", [0, 3])
 def test_each_line_is_where_the_antenna_is_when_the_boresight_passes_it(turn: int) -> None:
     made = scene([0.0, 360.0])
-    mast, grid = Mast(made.radar, made.platform), grid_of(made, turn)
+    mast, grid = Installation(made.radar, made.platform), grid_of(made, turn)
     pose = mast.pose(grid.time)
     assert_allclose(wrap_degrees(pose.bearing - grid.azimuth), 0.0, rtol=0.0, atol=1e-9)
     assert_array_equal(grid.pose.origin, pose.origin)
-    fired = pulses(made.radar, turn, mast)
+    fired = pulses(mast, turn)
     inside = (grid.sweep >= fired.sweep[0]) & (grid.sweep <= fired.sweep[-1])
     # Between two pulses, 0.1 ms, the boat's swing bends the sweep by at most ½ · 15°/s² · (0.1 ms)²: 1e-10 s.
     assert_allclose(grid.time[inside], np.interp(grid.sweep[inside], fired.sweep, fired.time), rtol=0.0, atol=1e-9)
@@ -148,9 +148,9 @@ def test_places_and_drift_of_the_antennas_are_along_across_up() -> None:
 def test_the_mesh_reaches_whatever_a_pulse_can_hear(sector: list[float]) -> None:
     """Three beams to either side, and the lean of the heeled fan, beyond every pulse of the swinging boresight."""
     made = scene(sector)
-    mast = Mast(made.radar, made.platform)
+    mast = Installation(made.radar, made.platform)
     for turn in (0, 5):
-        grid, fired = grid_of(made, turn), pulses(made.radar, turn, mast)
+        grid, fired = grid_of(made, turn), pulses(mast, turn)
         lean = mast.lean_deg(fired.time, float(np.arcsin(5.0 / 15.0)))
         assert lean > 0.5
         beyond = grid.reach_deg - 3.0 * 1.8
@@ -163,10 +163,10 @@ def test_the_mesh_reaches_whatever_a_pulse_can_hear(sector: list[float]) -> None
 
 def test_a_staring_mesh_is_the_sea_as_it_is_half_way() -> None:
     made = scene([200.0, 260.0], radar__scan="staring", radar__stare_s=0.05)
-    mast, grid = Mast(made.radar, made.platform), grid_of(made, 3)
+    mast, grid = Installation(made.radar, made.platform), grid_of(made, 3)
     assert_allclose(grid.time, 3.5 * 0.05, rtol=1e-15)
     assert_allclose(grid.pose.origin, np.broadcast_to(mast.pose(np.array([0.175])).origin, (grid.columns + 1, 3)))
-    heard = pulses(made.radar, 3, mast).sweep
+    heard = pulses(mast, 3).sweep
     assert grid.sweep[0] <= heard.min() - 5.4
     assert grid.sweep[-1] >= heard.max() + 5.4
 
@@ -231,8 +231,8 @@ def test_end_of_a_turn_is_the_start_of_the_next_bit_by_bit(motion: str) -> None:
         changes |= {f"platform__{key}": 0.0 for key in ("roll_deg", "pitch_deg", "yaw_deg", "heave_m")}
     made = scene([0.0, 360.0], **changes)
     water = run_sea(made)
-    mast = masts(made, water).true
-    first, second = (polar_grid(made.radar, made.tracing, turn, mast) for turn in (2, 3))
+    mast = installation_of(made, water)
+    first, second = (polar_grid(mast, made.tracing, turn) for turn in (2, 3))
     numbers = [np.append(grid.column_number, grid.column_number[-1] + 1) for grid in (first, second)]
     shared, here, there = np.intersect1d(numbers[0], numbers[1], return_indices=True)
     assert shared.size > 30
@@ -275,8 +275,8 @@ def test_a_boat_that_swings_the_beam_back_is_refused() -> None:
 def test_a_mast_at_rest_leaves_the_mesh_as_it_is() -> None:
     made = load_scene("tiny", {"radar.range_m": [15.0, 40.0], "sea.extent_m": 150.0})
     water = sea.realize(made.sea, 7)
-    alone = polar_grid(made.radar, made.tracing, 1)
-    carried = polar_grid(made.radar, made.tracing, 1, Mast(made.radar, made.platform))
+    alone = polar_grid(Installation(made.radar), made.tracing, 1)
+    carried = polar_grid(Installation(made.radar, made.platform), made.tracing, 1)
     for name in ("time", "azimuth", "sweep", "drift", "antenna_positions", "circle_azimuth"):
         assert_array_equal(getattr(alone, name), getattr(carried, name))
     assert_array_equal(sea_on_grid(water, alone)[0], sea_on_grid(water, carried)[0])

@@ -15,6 +15,7 @@ from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point, profile
 from seamap_rt.mesh.grid import PolarGrid, polar_grid
 from seamap_rt.mesh.surface import MovingSurface, SurfaceMesh, mesh_turn, submerged_lines
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import BEAMS_BEYOND, phase_centres, pulses, sector_width, turn_duration
 from seamap_rt.scene import Scene, load_scene
 
@@ -182,7 +183,7 @@ def test_columns_run_on_three_beams_before_and_after(sector: list[float], beam: 
         radar__antenna__azimuth_beamwidth_deg=beam,
         tracing__columns_per_beam=per_beam,
     )
-    grid = polar_grid(made.radar, made.tracing, 0)
+    grid = polar_grid(Installation(made.radar), made.tracing, 0)
     width, beyond = sector_width(made.radar), BEAMS_BEYOND * beam
     assert BEAMS_BEYOND == 3.0
     assert grid.spacing_deg <= beam / per_beam
@@ -197,8 +198,8 @@ def test_columns_run_on_three_beams_before_and_after(sector: list[float], beam: 
 def test_lines_are_meshed_when_the_beam_passes(rpm: float, turn: int) -> None:
     """A pulse whose boresight points along a line is fired at that line's time (the scan's own clock)."""
     made = scene([200.0, 260.0], radar__rotation_rpm=rpm)
-    grid = polar_grid(made.radar, made.tracing, turn)
-    fired = pulses(made.radar, turn)
+    grid = polar_grid(Installation(made.radar), made.tracing, turn)
+    fired = pulses(Installation(made.radar), turn)
     inside = (grid.sweep >= fired.sweep[0]) & (grid.sweep <= fired.sweep[-1])
     assert inside.sum() > 100
     assert_allclose(grid.time[inside], np.interp(grid.sweep[inside], fired.sweep, fired.time), rtol=0.0, atol=1e-12)
@@ -222,7 +223,7 @@ def test_lines_are_meshed_when_the_beam_passes(rpm: float, turn: int) -> None:
 def test_column_numbers_go_on_into_the_next_turn(sector: list[float]) -> None:
     """A number stands for one place at one time: shared by two turns only where they overlap."""
     made = scene(sector)
-    first, second = (polar_grid(made.radar, made.tracing, turn) for turn in (4, 5))
+    first, second = (polar_grid(Installation(made.radar), made.tracing, turn) for turn in (4, 5))
     shared, here, there = np.intersect1d(first.column_number, second.column_number, return_indices=True)
     overlap = first.columns - first.per_circle
     assert shared.size == max(overlap, 0)
@@ -230,7 +231,7 @@ def test_column_numbers_go_on_into_the_next_turn(sector: list[float]) -> None:
     around = (first.column_azimuth[here] - second.column_azimuth[there]) / 360.0
     assert_allclose(around, np.rint(around), rtol=0.0, atol=1e-9)
     assert_array_equal(np.diff(first.column_number), 1)
-    assert polar_grid(made.radar, made.tracing, 0).column_number[0] >= 0
+    assert polar_grid(Installation(made.radar), made.tracing, 0).column_number[0] >= 0
 
 
 def test_end_of_a_turn_is_the_start_of_the_next() -> None:
@@ -248,7 +249,7 @@ def test_end_of_a_turn_is_the_start_of_the_next() -> None:
 
 def test_rungs_start_at_the_mast_and_hold_the_last_gate() -> None:
     made = scene([200.0, 260.0], tracing__facet_m=0.7)
-    ranges = polar_grid(made.radar, made.tracing, 0).ground_range
+    ranges = polar_grid(Installation(made.radar), made.tracing, 0).ground_range
     assert ranges[0] <= 1.0
     assert_allclose(np.diff(ranges), 0.7, rtol=1e-9)
     assert ranges[-1] > made.far_ground_range
@@ -443,5 +444,5 @@ def test_any_sea_can_be_meshed() -> None:
     """The mesher asks for the protocol, not for the package's own sea."""
     made = scene([200.0, 260.0])
     water: MovingSurface = sea.realize(made.sea, 7)
-    grid: PolarGrid = polar_grid(made.radar, made.tracing, 0)
+    grid: PolarGrid = polar_grid(Installation(made.radar), made.tracing, 0)
     assert mesh_turn(water, made.radar, made.tracing, 0).elevation.shape == (grid.columns + 1, grid.ground_range.size)

@@ -10,7 +10,8 @@ import pytest
 
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.mesh.sampling import sampling_errors
-from seamap_rt.mesh.sizing import level_facet, range_cell
+from seamap_rt.mesh.sizing import level_facet
+from seamap_rt.radar.waveform import range_cell
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 
@@ -45,7 +46,7 @@ def gates(scene: Scene) -> tuple[np.ndarray, ...]:
     """Range, power and coherence of a look in the expectation over speckle."""
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(0)
-    found = expected_look_gates(facets, returns.rcs, simulator.radar, 1.8)
+    found = expected_look_gates(facets, returns.rcs, simulator.installation, 1.8)
     covariance, power = found.covariance[0], found.power[0, 0][0]
     return found.range, power, np.abs(covariance) / power
 

@@ -14,6 +14,7 @@ from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh.grid import PolarGrid, polar_grid
 from seamap_rt.mesh.surface import mesh_turn, sea_on_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import turn_duration
 from seamap_rt.scene import Scene, load_scene
 
@@ -24,7 +25,7 @@ def scene(name: str = "tiny", **more: Any) -> Scene:
 
 
 def grid_of(made: Scene) -> PolarGrid:
-    return polar_grid(made.radar, made.tracing, 0)
+    return polar_grid(Installation(made.radar), made.tracing, 0)
 
 
 def strain_of(made: Scene, east: NDArray[np.float64], north: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -20,6 +20,7 @@ from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.products.camera import Camera, facets_under
 from seamap_rt.products.sampling import square
 from seamap_rt.products.writing import ROUNDING, SeaProducts, write_sea
+from seamap_rt.radar.installation import Installation
 from seamap_rt.report.sea_statistics import chance_of_height, requested_height
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realize
@@ -275,7 +276,7 @@ def test_places_find_their_facets() -> None:
     """The triangle that a place lies in, found among all triangles of the mesh by the signs of three areas."""
     made = scene(radar__sector_deg=[350.0, 370.0], radar__range_m=[5.0, 20.0])
     sea = realize(made.sea, 1)
-    grid = polar_grid(made.radar, made.tracing, 0)
+    grid = polar_grid(Installation(made.radar), made.tracing, 0)
     mesh = surface_mesh(grid, *sea_on_grid(sea, grid))
     (sheet,) = mesh.sheets()
     surface = mesh.trimesh(sheet)

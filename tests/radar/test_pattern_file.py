@@ -248,9 +248,9 @@ def lines_but(text: str, number: int, new: str) -> str:
         ("a.csv", GOOD_CSV.replace("gain_db", "level"), "line 1: header = cut,angle_deg,level: must be"),
         ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,-88.5"), "line 5: 2 values: must be 3"),
         ("a.csv", lines_but(GOOD_CSV, 5, "sideways,-88.5,-60"), "line 5: cut = sideways: must be azimuth or elevation"),
-        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,-88.5,nan"), "line 5: gain_db = nan: must be a finite number"),
-        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,-88.5,-inf"), "line 5: gain_db = -inf: must be a finite number"),
-        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,x,-60"), "line 5: angle_deg = x: must be a finite number"),
+        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,-88.5,nan"), "line 5: gain_db = 'nan': must be a finite number"),
+        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,-88.5,-inf"), "line 5: gain_db = '-inf': must be a finite number"),
+        ("a.csv", lines_but(GOOD_CSV, 5, "azimuth,x,-60"), "line 5: angle_deg = 'x': must be a finite number"),
         (
             "a.csv",
             lines_but(GOOD_CSV, 5, "azimuth,-89,-60"),
@@ -289,7 +289,7 @@ def lines_but(text: str, number: int, new: str) -> str:
         ),
         ("a.msi", "NAME nothing\nGAIN 3 dBi\n", "line 2: azimuth cut: is missing"),
         ("a.msi", GOOD_MSI.split("VERTICAL")[0], "line 365: elevation cut: is missing"),
-        ("a.msi", lines_but(GOOD_MSI, 9, "nan 3"), "line 9: angle = nan: must be a finite number"),
+        ("a.msi", lines_but(GOOD_MSI, 9, "nan 3"), "line 9: angle = 'nan': must be a finite number"),
         ("a.msi", lines_but(GOOD_MSI, 9, "3 0.1 0.2"), "line 9: 3 values: must be 2"),
         ("a.msi", lines_but(GOOD_MSI, 9, ""), "line 5: azimuth cut: must have the 360 points announced, not 359"),
         (

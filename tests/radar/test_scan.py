@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt.conventions import wrap_degrees
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.grid import look_sweeps
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses, scanned_share, sector_width
 from seamap_rt.settings import PlatformSettings, RadarSettings
 
@@ -30,8 +30,8 @@ def radar_of(**keys: Any) -> RadarSettings:
 def test_full_turns_hold_every_pulse_once(rpm: float, prf: float, platform: PlatformSettings) -> None:
     """Pulse n is fired at n/prf, whatever turn it falls into, and however the boat swings."""
     radar = radar_of(rotation_rpm=rpm, prf_hz=prf)
-    mast = Mast(radar, platform)
-    turns = [pulses(radar, turn, mast) for turn in range(5)]
+    mast = Installation(radar, platform)
+    turns = [pulses(mast, turn) for turn in range(5)]
     number = np.concatenate([fired.number for fired in turns])
     assert_array_equal(number, np.arange(number.size))
     assert_array_equal(np.concatenate([fired.time for fired in turns]), number / prf)
@@ -44,7 +44,7 @@ def test_full_turns_hold_every_pulse_once(rpm: float, prf: float, platform: Plat
 @pytest.mark.parametrize("turn", [0, 3])
 def test_a_sectors_pulses_are_those_within_it(turn: int) -> None:
     radar = radar_of(sector_deg=[200.0, 260.0], prf_hz=2000.0, rotation_rpm=48.0)
-    fired = pulses(radar, turn)
+    fired = pulses(Installation(radar), turn)
     assert sector_width(radar) == 60.0
     assert scanned_share(radar) == pytest.approx(1.0 / 6.0, rel=1e-15)
     step = 360.0 * 0.8 / 2000.0  # deg a pulse
@@ -52,15 +52,15 @@ def test_a_sectors_pulses_are_those_within_it(turn: int) -> None:
     assert 60.0 - step <= fired.sweep[-1] < 60.0
     assert_allclose(np.diff(fired.sweep), step, rtol=1e-9)
     # Bit by bit the schedule of a boat at rest.
-    assert_array_equal(fired.sweep, (fired.time - turn * 1.25) * Mast(radar).rate)
+    assert_array_equal(fired.sweep, (fired.time - turn * 1.25) * Installation(radar).rate)
     assert_array_equal(fired.azimuth, (200.0 + fired.sweep) % 360.0)
 
 
 def test_the_azimuth_is_where_the_boresight_of_a_moving_boat_bears() -> None:
     radar = radar_of(sector_deg=[-50.0, 300.0], prf_hz=1000.0, tilt_deg=8.0)
-    mast = Mast(radar, ROLLING)
+    mast = Installation(radar, ROLLING)
     for turn in (0, 4):
-        fired = pulses(radar, turn, mast)
+        fired = pulses(mast, turn)
         assert_allclose(wrap_degrees(fired.azimuth - fired.pose.bearing), 0.0, rtol=0.0, atol=1e-10)
         assert np.all((fired.azimuth >= 0.0) & (fired.azimuth < 360.0))
         assert_allclose(wrap_degrees(-50.0 + fired.sweep - fired.azimuth), 0.0, rtol=0.0, atol=1e-10)
@@ -75,7 +75,7 @@ def test_the_cycle_goes_on_over_turns(transmit: str, interferogram: str, prf: fl
     """Also where a turn holds an odd number of pulses."""
     radar = radar_of(transmit=transmit, interferogram=interferogram, prf_hz=prf)
     cycle = antenna_array(radar).cycle
-    turns = [pulses(radar, turn) for turn in range(3)]
+    turns = [pulses(Installation(radar), turn) for turn in range(3)]
     number, slot, transmitter = (
         np.concatenate([getattr(fired, name) for fired in turns]) for name in ("number", "slot", "transmitter")
     )
@@ -86,19 +86,19 @@ def test_the_cycle_goes_on_over_turns(transmit: str, interferogram: str, prf: fl
 
 def test_four_antennas_take_their_turns() -> None:
     antennas = [{"offset_m": [0.0, 0.0, 0.1 * n], "role": role} for n, role in enumerate(("tx", "both", "rx", "both"))]
-    fired = pulses(radar_of(antennas=antennas, prf_hz=500.0), 0)
+    fired = pulses(Installation(radar_of(antennas=antennas, prf_hz=500.0)), 0)
     assert_array_equal(fired.transmitter[:7], (0, 1, 3, 0, 1, 3, 0))
 
 
 def test_a_staring_antenna_fires_all_the_time_into_one_direction() -> None:
     radar = radar_of(scan="staring", stare_s=0.04, sector_deg=[40.0, 70.0], prf_hz=2500.0)
     assert scanned_share(radar) == 1.0
-    turns = [pulses(radar, turn) for turn in range(3)]
+    turns = [pulses(Installation(radar), turn) for turn in range(3)]
     assert_array_equal(np.concatenate([fired.number for fired in turns]), np.arange(300))
     for fired in turns:
         assert_array_equal(fired.sweep, 15.0)
         assert_array_equal(fired.azimuth, 55.0)
-    rolling = pulses(radar, 0, Mast(radar, ROLLING))
+    rolling = pulses(Installation(radar, ROLLING), 0)
     assert_allclose(rolling.azimuth, rolling.pose.bearing, rtol=0.0, atol=1e-10)
 
 

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from seamap_rt import dataset
 from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import look_sweeps, pulses
 from seamap_rt.report import reduce, style
 from seamap_rt.scene import Scene, load_scene
@@ -129,7 +130,7 @@ class Run:
         )
 
     def _echoes(self) -> xr.Dataset:
-        scene, fired = self.scene, [pulses(self.scene.radar, turn) for turn in range(self.scene.turns)]
+        scene, fired = self.scene, [pulses(Installation(self.scene.radar), turn) for turn in range(self.scene.turns)]
         azimuth = np.concatenate([one.azimuth for one in fired])
         east, _ = unit_from_azimuth(azimuth)
         count = azimuth.size

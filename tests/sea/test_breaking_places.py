@@ -9,6 +9,7 @@ from small_seas import sea_of, sinusoid
 
 from seamap_rt.mesh.grid import polar_grid
 from seamap_rt.mesh.surface import surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize
 from validation.scattering.breaking_places import speed_ratio
@@ -21,7 +22,7 @@ def test_on_one_wave_the_water_runs_at_ka_of_the_crest(toward: float) -> None:
     length, height = 32.0, 2.04
     sea = realize(sea_of(sinusoid(height_m=height, wavelength_m=length, wave_from_deg=270.0), extent_m=256.0), 1)
     scene = load_scene("choppy_sea", {"radar.range_m": [15.0, 60.0], "radar.sector_deg": [200.0, 340.0]})
-    grid = polar_grid(scene.radar, scene.meshing, 0)
+    grid = polar_grid(Installation(scene.radar), scene.meshing, 0)
     still = np.zeros((grid.sweep.size, grid.ground_range.size))
     facets = surface_mesh(grid, still, np.zeros((*still.shape, 3), dtype=np.float32)).facets
     found = speed_ratio(sea, facets, toward)

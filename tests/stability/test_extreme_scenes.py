@@ -20,6 +20,7 @@ from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh.sizing import MOST_TRIANGLES
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.metrics import error_figures
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.session import Simulation, simulate
@@ -280,7 +281,7 @@ def test_a_vertical_wall(name: str, top: float) -> None:
         assert not lit[:, (distance > 20.0 + 1e-6) & (distance < lands - 0.02)].any()
         assert lit[:, distance > lands + 0.04].all()
     rcs = (1e-3 * facets.horizontal_area * np.ones_like(facets.height)).astype(np.float32)
-    volts = turn_voltages(facets, rcs, made.radar, pulses(made.radar, 0), 1, np.inf)
+    volts = turn_voltages(facets, rcs, Installation(made.radar), pulses(Installation(made.radar), 0), 1, np.inf)
     assert np.isfinite(volts).all()
 
 

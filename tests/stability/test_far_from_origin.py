@@ -15,7 +15,7 @@ from seamap_rt.echoes.scatterers import scatterer_voltages
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import mesh_turn, sea_on_grid
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.radar.scan import pulses
 from seamap_rt.simulation import Simulator
@@ -29,14 +29,14 @@ WINDOW: dict[str, Any] = {"radar__sector_deg": [260.0, 268.0], "radar__range_m":
 
 def moored(simulator: Simulator) -> None:
     """Take the boat back by what it has run: to the same water, 20 patches nearer to the origin."""
-    motion = simulator.mast.motion
+    motion = simulator.installation.motion
 
     def nearer(times: ArrayLike) -> BoatState:
         state = motion(times)
         return BoatState(state.position - np.array((AWAY, 0.0, 0.0)), state.attitude)
 
     made = simulator.scene
-    simulator.mast = simulator.sensed = Mast(made.radar, made.platform, nearer)
+    simulator.installation = Installation(made.radar, made.platform, nearer)
 
 
 @pytest.mark.parametrize("name", TRACERS)
@@ -84,7 +84,7 @@ def test_10_km_from_the_origin_the_boat_sees_the_same(name: str, lean: float) ->
 def test_scatterers_10_km_away_with_the_boat_keep_their_phase() -> None:
     """k = 419 rad/m times an ulp of 10 km, 2e-12 m, from each of two subtractions: 2e-9 rad; complex64 is coarser."""
     made = scene(**WINDOW, radar__noise=False, platform__speed_m_s=5.12, platform__heading_deg=90.0)
-    radar, motion = made.radar, Mast(made.radar, made.platform).motion
+    radar, motion = made.radar, Installation(made.radar, made.platform).motion
     place = np.array([[-45.0, -3.0, 0.4], [-80.0, -9.0, -0.2]])
     volts = []
     for shift in (0.0, AWAY):
@@ -93,9 +93,11 @@ def test_scatterers_10_km_away_with_the_boat_keep_their_phase() -> None:
             state = motion(times)
             return BoatState(state.position + np.array((shift - AWAY, 0.0, 0.0)), state.attitude)
 
-        fired = pulses(radar, TURN, Mast(radar, made.platform, moved))
+        fired = pulses(Installation(radar, made.platform, moved), TURN)
         volts.append(
-            scatterer_voltages(radar, fired, place + np.array((shift, 0.0, 0.0)), np.ones(2), np.zeros((2, 3)))
+            scatterer_voltages(
+                Installation(radar), fired, place + np.array((shift, 0.0, 0.0)), np.ones(2), np.zeros((2, 3))
+            )
         )
     assert np.abs(volts[0]).max() > 0.0
     assert_allclose(volts[1], volts[0], rtol=0.0, atol=1e-6 * np.abs(volts[0]).max())
@@ -103,7 +105,7 @@ def test_scatterers_10_km_away_with_the_boat_keep_their_phase() -> None:
 
 def test_after_12_hours_pulses_are_fired_where_they_were() -> None:
     made = scene(**WINDOW)
-    first, late = pulses(made.radar, 0), pulses(made.radar, HALF_DAY)
+    first, late = pulses(Installation(made.radar), 0), pulses(Installation(made.radar), HALF_DAY)
     ulp = np.spacing(43_200.0)
     assert_allclose(late.time - 43_200.0, first.time, rtol=0.0, atol=2.0 * ulp)
     assert_allclose(late.sweep, first.sweep, rtol=0.0, atol=2.0 * 360.0 * ulp)
@@ -112,7 +114,7 @@ def test_after_12_hours_pulses_are_fired_where_they_were() -> None:
 
 def test_after_12_hours_the_mesh_has_the_same_lines() -> None:
     made = scene(**WINDOW, tracing__columns_per_beam=4)
-    grids = [polar_grid(made.radar, made.meshing, turn) for turn in (0, HALF_DAY)]
+    grids = [polar_grid(Installation(made.radar), made.meshing, turn) for turn in (0, HALF_DAY)]
     assert grids[0].sweep.size == grids[1].sweep.size
     assert_allclose(grids[1].time - 43_200.0, grids[0].time, rtol=0.0, atol=2.0 * np.spacing(43_200.0))
     assert_array_equal(grids[1].circle_azimuth, grids[0].circle_azimuth)
@@ -125,7 +127,7 @@ def test_after_12_hours_the_meshed_sea_is_the_sum_of_its_waves() -> None:
     rng = np.random.default_rng(3)
     errors = []
     for turn in (0, HALF_DAY):
-        grid = polar_grid(made.radar, made.meshing, turn)
+        grid = polar_grid(Installation(made.radar), made.meshing, turn)
         elevation = sea_on_grid(water, grid)[0]
         line, rung = rng.integers(0, grid.sweep.size, 40), rng.integers(0, grid.ground_range.size, 40)
         azimuth, away = np.radians(grid.azimuth[line]), grid.ground_range[rung]
@@ -159,7 +161,10 @@ def test_after_12_hours_a_scatterer_at_rest_echoes_to_the_bit_of_its_phase() -> 
     """The boat stands still, so that turn 43200 is turn 0: times differ by rounding alone, 7e-12 s of 360°/s."""
     made = scene(**WINDOW, radar__noise=False)
     place, area, still = np.array([[-60.0, -6.0, 0.3]]), np.ones(1), np.zeros((1, 3))
-    first, late = (scatterer_voltages(made.radar, pulses(made.radar, t), place, area, still) for t in (0, HALF_DAY))
+    first, late = (
+        scatterer_voltages(Installation(made.radar), pulses(Installation(made.radar), t), place, area, still)
+        for t in (0, HALF_DAY)
+    )
     assert np.abs(first).max() > 0.0
     assert_allclose(late, first, rtol=0.0, atol=1e-6 * np.abs(first).max())
 
@@ -177,9 +182,9 @@ def test_after_12_hours_a_flat_sea_echoes_with_the_same_power() -> None:
 
 def test_the_mesh_of_a_boat_far_away_is_as_wide_as_at_home() -> None:
     made = scene("tiny", **WINDOW, platform__speed_m_s=30.0)
-    mast = Mast(made.radar, made.platform)
+    mast = Installation(made.radar, made.platform)
     water = sea.realize(made.sea, 5)
-    home, away = (polar_grid(made.radar, made.meshing, turn, mast) for turn in (0, 340))
+    home, away = (polar_grid(mast, made.meshing, turn) for turn in (0, 340))
     assert away.pose.origin[:, 1].min() > 1e4
     assert_array_equal(home.ground_range, away.ground_range)
     assert_allclose(home.azimuth, away.azimuth, rtol=0.0, atol=1e-9)

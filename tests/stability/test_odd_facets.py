@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.echoes.turn import turn_voltages
 from seamap_rt.mesh.surface import mesh_turn
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.simulation import Simulator
 
@@ -46,7 +47,9 @@ def test_facets_along_the_ray_echo_next_to_nothing(tip: float) -> None:
     before = (facets.distance > START - 5.0) & (facets.distance < START - 1.0)
     assert per_area[:, before].mean() > 0.0
     assert per_area[:, ridge].mean() < 0.1 * per_area[:, before].mean()
-    volts = turn_voltages(facets, returns.rcs, simulator.radar, pulses(simulator.radar, 0), 1, 0.01, motion=None)
+    volts = turn_voltages(
+        facets, returns.rcs, simulator.installation, pulses(simulator.installation, 0), 1, 0.01, motion=None
+    )
     assert np.isfinite(volts).all()
 
 
@@ -121,8 +124,8 @@ def test_a_single_facet_that_echoes_is_a_point() -> None:
     rcs = np.zeros(facets.height.shape, dtype=np.float32)
     column, facet = facets.grid.columns // 2, int(np.argmin(np.abs(facets.distance - 37.0)))
     rcs[column, facet] = 2.0
-    fired = pulses(made.radar, 0)
-    volts = turn_voltages(facets, rcs, made.radar, fired, 1, np.inf)
+    fired = pulses(Installation(made.radar), 0)
+    volts = turn_voltages(facets, rcs, Installation(made.radar), fired, 1, np.inf)
     power = np.sum(np.abs(volts[:, 0].astype(np.complex128)) ** 2, axis=0)
     gate = 15.0 + 1.5 * int(power.argmax())
     assert abs(gate - np.hypot(facets.distance[facet], 5.0)) < 0.75 + 0.02  # the nearest gate; antennas are 0.2 m apart

@@ -14,6 +14,7 @@ from seamap_rt.echoes.speckle import speckle_stream
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings, TracingSettings
@@ -86,14 +87,16 @@ def test_phase_of_a_facet_at_20_km(baseline: float, height: float, transmit: str
     phase itself, 2e7 rad, the chain's float64 keeps 4e-9, and nodes in float32 some 1e-5.
     """
     radar = RadarSettings.model_validate({**far_radar(baseline, height, transmit), "sector_deg": (0.0, 1.8)})
-    grid = polar_grid(radar, TracingSettings(facet_m=20.0, columns_per_beam=4), 0)
+    grid = polar_grid(Installation(radar), TracingSettings(facet_m=20.0, columns_per_beam=4), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
     column, facet = grid.columns // 2, int(np.argmin(np.abs(np.hypot(facets.distance, height) - FAR)))
     assert facets.lit[:, column, facet].all()
     rcs = np.zeros(facets.height.shape, np.float32)
     rcs[column, facet] = 1e6
-    volts = turn_voltages(facets, rcs, radar, pulses(radar, 0), 1, np.inf).astype(np.complex128)
+    volts = turn_voltages(facets, rcs, Installation(radar), pulses(Installation(radar), 0), 1, np.inf).astype(
+        np.complex128
+    )
     gate = int(np.abs(volts[:, 0]).max(axis=0).argmax())
     lower, upper = volts[:, 0, gate], volts[:, 1, gate]
     strong = np.abs(lower) > 0.1 * np.abs(lower).max()
@@ -103,7 +106,7 @@ def test_phase_of_a_facet_at_20_km(baseline: float, height: float, transmit: str
         phase = K * (mpmath.hypot(x, height + half) - mpmath.hypot(x, height - half))
         worst = max(abs(wrapped(phase, angle)) for angle in np.angle(lower * np.conj(upper))[strong])
         # The lower antenna's own path on pulses that it sends itself; its speckle is one number for ever.
-        itself = strong & (pulses(radar, 0).transmitter == 0)
+        itself = strong & (pulses(Installation(radar), 0).transmitter == 0)
         key = key_of(speckle_stream(1), int(grid.column_number[column]))
         drawn = gaussians(np.uint64(key), facets.distance.size, 1)[0, facet]
         own = -2 * K * mpmath.hypot(x, height - half) + mpmath.mpf(float(np.angle(complex(drawn))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import weakref
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,11 @@ from seamap_rt import resolved_scene, simulation
 from seamap_rt.resolved_scene import sea_key
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Sea
+from seamap_rt.sea.wave_trains import PlaneTrain
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies import point, trade
-from seamap_rt.studies.point import CACHE, Outcome, Task, compute
+from seamap_rt.studies.point import CACHE, BySea, Outcome, Task, compute
 from seamap_rt.studies.sweep import Sweep
-from seamap_rt.studies.trade import BySea
 
 HEIGHTS = {"radar.height_m": [3.0, 5.0, 6.0]}
 
@@ -94,8 +95,36 @@ def test_a_sweep_draws_each_sea_once(drawn: list[Sea]) -> None:
     assert len(drawn) == 2
     gone = weakref.ref(drawn.pop())
     drawn.clear()
-    gc.collect()
     assert gone() is None  # and leaves none behind
+
+
+@pytest.fixture
+def uncollected() -> Iterator[None]:
+    """Python's collector rests: what refers to itself stays."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
+SHARED: list[dict[str, Any]] = [
+    {},
+    {"sea__model": "choppy"},
+    {"tracing__tracer": "facets"},
+    {"platform__motion": "wave_following", "platform__sensors.attitude_noise_deg": 0.2},
+    {"sea__waves": [{"spectrum": "sinusoid", "wavelength_m": 40.0, "height_m": 0.5, "wave_from_deg": 270.0}]},
+]
+
+
+@pytest.mark.usefixtures("uncollected")
+@pytest.mark.parametrize("changes", SHARED, ids=str)
+def test_what_turns_share_goes_with_its_last_holder(changes: dict[str, Any]) -> None:
+    """Nothing of a run refers to itself: its sea's memory is free when the next one's is asked for."""
+    simulator = Simulator(small(**changes))
+    simulator.turn(0)
+    held = [weakref.ref(each) for each in (simulator, simulator.sea, simulator.installation, simulator.scenery)]
+    held += [weakref.ref(train.field) for train in simulator.sea.trains if isinstance(train, PlaneTrain)]
+    del simulator
+    assert [each() for each in held] == [None] * len(held)
 
 
 def test_other_waves_another_seed_or_a_file_written_anew_are_another_sea(tmp_path: Path) -> None:

@@ -249,11 +249,11 @@ def test_a_scene_s_small_waves_hide_what_truth_says_they_do(sector: dict[str, ob
     assert light.in_sight is not None
 
     def mean(light: Illumination) -> float:
-        truth = polar_truth(light, returns.rcs, simulator.radar, simulator.scene.retrieval, 0)
+        truth = polar_truth(light, returns.rcs, simulator.installation, simulator.scene.retrieval, 0)
         return float(truth["visible_fraction"].mean())
 
     bare = mean(replace(light, in_sight=None))
-    heard = np.hypot(light.distance, simulator.radar.height_m) > simulator.radar.range_m[0]
+    heard = np.hypot(light.distance, simulator.installation.radar.height_m) > simulator.installation.radar.range_m[0]
     hidden = np.mean((light.visible_to_both * (1.0 - light.in_sight))[:, heard])
     assert bare - mean(light) == pytest.approx(hidden, rel=0.03)
     assert hidden > 0.02

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import load_scene
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.visibility import two_way_power
@@ -25,7 +26,7 @@ def light(height: Callable[[NDArray[Any]], NDArray[Any]] | float, mast_m: float 
     """Of water that has the same height (rung,) [m] along each look, on rungs half a metre apart."""
     keys = {"radar.height_m": mast_m, "radar.baseline_m": 1e-3, "tracing.facet_m": 0.5}
     scene = load_scene("choppy_sea", keys | {"radar.range_m": [10.0, 150.0], "radar.sector_deg": [0.0, 2.0]})
-    grid = polar_grid(scene.radar, scene.meshing, 0)
+    grid = polar_grid(Installation(scene.radar), scene.meshing, 0)
     level = height(grid.ground_range) if callable(height) else np.full(grid.ground_range.size, height)
     elevation = np.broadcast_to(level, (grid.azimuth.size, level.size))
     mesh = surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))

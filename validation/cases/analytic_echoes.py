@@ -10,6 +10,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT, db, from_db
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
@@ -102,7 +103,9 @@ def speckle(full: bool) -> Outcome:
     """Intensity, its contrast, its independence, and its decorrelation in time."""
     scene = flat_scene(range_m=[60.0, 105.0], transmit="single")
     facets, returns, _ = Simulator(scene).light(0)
-    volts = turn_voltages(facets, returns.rcs, scene.radar, pulses(scene.radar, 0), 3, 0.5e-3)[:, 0]
+    volts = turn_voltages(
+        facets, returns.rcs, Installation(scene.radar), pulses(Installation(scene.radar), 0), 3, 0.5e-3
+    )[:, 0]
     intensity = np.abs(volts[:, ::5].astype(np.complex128)) ** 2  # gates 7.5 m apart share no echo
     intensity /= intensity.mean(axis=0)
     contrast = (intensity**2).mean(axis=1).reshape(50, -1).mean(axis=1)
@@ -131,10 +134,10 @@ def _forgetting() -> tuple[Array, dict[float, Array], dict[float, Array]]:
     """Lags [s], correlation at them, simulated and set, by decorrelation time [s]."""
     scene = flat_scene(rotation_rpm=6.0, sector_deg=[20.0, 80.0], prf_hz=4e3, range_m=[15.0, 120.0], transmit="single")
     facets, returns, _ = Simulator(scene).light(0)
-    fired, lags = pulses(scene.radar, 0), np.array([0, 2, 4, 8, 12, 16, 24, 32])
+    fired, lags = pulses(Installation(scene.radar), 0), np.array([0, 2, 4, 8, 12, 16, 24, 32])
 
     def correlation(tau: float) -> NDArray[np.complex128]:
-        volts = turn_voltages(facets, returns.rcs, scene.radar, fired, 4, tau)[:, 0].astype(np.complex128)
+        volts = turn_voltages(facets, returns.rcs, Installation(scene.radar), fired, 4, tau)[:, 0].astype(np.complex128)
         volts /= np.sqrt(np.mean(np.abs(volts) ** 2, axis=0))
         return np.array([np.mean(volts[lag:] * volts[: volts.shape[0] - lag].conj()) for lag in lags])
 

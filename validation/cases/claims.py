@@ -9,6 +9,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses, turn_duration
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
@@ -153,7 +154,7 @@ def weakest(full: bool) -> Outcome:
 def rate(full: bool) -> Outcome:
     real = next(row for row in claim_data_rate() if (row.receivers, row.bits) == (2, 12) and "real" in row.sampling)
     # Pulses are counted as the scan fires them, samples as the converter's clock ticks until the echo of 400 m comes.
-    each_second = pulses(STUDY, 0).number.size / turn_duration(STUDY)
+    each_second = pulses(Installation(STUDY), 0).number.size / turn_duration(STUDY)
     ticks = np.arange(0.0, 2.0 * 400.0 / SPEED_OF_LIGHT, 1.0 / ADC_HZ).size
     expected = 2.0 * each_second * ticks * 12.0 / 8.0  # of both receivers
     claim = rate_claim()
@@ -209,7 +210,7 @@ def turns(full: bool) -> Outcome:
     each = []
     for rpm in ROTATIONS_RPM:
         radar = STUDY.model_copy(update={"rotation_rpm": rpm})
-        first, second = (pulses(radar, turn) for turn in (0, 1))
+        first, second = (pulses(Installation(radar), turn) for turn in (0, 1))
         # From the first pulse of a turn to the first of the next; a pulse is 0.1 ms.
         each.append(within(f"a turn at {rpm:g} rpm", float(second.time[0] - first.time[0]), 60.0 / rpm, 1.01e-4, "s"))
     return judged(map_rate(5 if full else 1), each)

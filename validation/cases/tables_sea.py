@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from seamap_rt.compute.scratch import scratch_folder
+from seamap_rt.compute.locks import scratch_folder
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.physics import dispersion
 from seamap_rt.report import style

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from seamap_rt.radar.receiver import bytes_of_a_pulse, sample_spacing_m
+from seamap_rt.radar.receiver import bytes_of_a_pulse
+from seamap_rt.radar.waveform import sample_spacing_m
 
 CLAIM = 32e6  # B/s, printed by the design study of 2004 for 10 kHz over 400 m
 TOLERANCE = 0.03  # one gate or sample more or less, and a rounded figure

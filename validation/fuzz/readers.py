@@ -21,7 +21,7 @@ from seamap_rt.interferometry import open_recording
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.io.recording_header import read_header
 from seamap_rt.mesh.sizing import triangles
-from seamap_rt.resolved_scene import masts, run_sea
+from seamap_rt.resolved_scene import installation_of, run_sea
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.settings import ObjectSettings, RetrievalSettings
@@ -57,7 +57,7 @@ def consequences(scene: Scene) -> None:
     triangles(scene.radar, detail.facet_m, detail.columns_per_beam)
     _ = scene.wavelength_m, scene.turn_duration_s, scene.far_ground_range, scene.resolved_retrieval
     if scene.platform.motion != "wave_following":
-        masts(scene)
+        installation_of(scene)
 
 
 def _tree(text: str) -> dict[str, Any]:
@@ -93,7 +93,7 @@ def read_pattern(path: Path) -> None:
 
 
 def read_motion(path: Path) -> None:
-    masts(load_scene("tiny", overrides={**SMALL, "platform.motion": "file", "platform.file": str(path)}))
+    installation_of(load_scene("tiny", overrides={**SMALL, "platform.motion": "file", "platform.file": str(path)}))
 
 
 def read_mesh(path: Path) -> None:

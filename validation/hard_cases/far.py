@@ -9,7 +9,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import polar_grid
 from seamap_rt.mesh.surface import sea_on_grid
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
@@ -35,13 +35,13 @@ def far_from_origin(_: Effort) -> list[Finding]:
         platform__list_deg=5.0,
     )
     far, near = Simulator(made), Simulator(made)
-    motion = near.mast.motion
+    motion = near.installation.motion
 
     def nearer(times: ArrayLike) -> BoatState:
         state = motion(times)
         return BoatState(state.position - np.array((away, 0.0, 0.0)), state.attitude)
 
-    near.mast = near.sensed = Mast(made.radar, made.platform, nearer)
+    near.installation = Installation(made.radar, made.platform, nearer)
     meshes = [each.mesh(turn) for each in (far, near)]
     lit = [light("facets", mesh, made) for mesh in meshes]
     turns = [each.turn(turn) for each in (far, near)]
@@ -66,7 +66,7 @@ def half_a_day(_: Effort) -> list[Finding]:
     made, turn = scene("tiny", tracing__facet_m=0.8, tracing__columns_per_beam=4), 43_200
     water, rng, errors, lines = sr.sea.realize(made.sea, 5), np.random.default_rng(3), [], []
     for number in (0, turn):
-        grid = polar_grid(made.radar, made.meshing, number)
+        grid = polar_grid(Installation(made.radar), made.meshing, number)
         elevation = sea_on_grid(water, grid)[0]
         line, rung = rng.integers(0, grid.sweep.size, 100), rng.integers(0, grid.ground_range.size, 100)
         azimuth, away = np.radians(grid.azimuth[line]), grid.ground_range[rung]

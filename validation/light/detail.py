@@ -89,10 +89,10 @@ def maps(case: str, mesh: tuple[float, int], surface: SeaSurface | None) -> tupl
     scene = sr.load_scene(name, {**keys, "tracing.facet_m": mesh[0], "tracing.columns_per_beam": mesh[1]})
     simulator = Simulator(scene)
     if surface is not None:
-        simulator.__dict__["surface"] = surface
+        simulator._surface = surface
     facets, returns, _ = simulator.light(0)
-    gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
-    visible = polar_truth(facets, returns.rcs, simulator.radar, scene.retrieval, 0)["visible_fraction"].values[0]
+    gates = expected_look_gates(facets, returns.rcs, simulator.installation, scene.retrieval.cell_azimuth_deg)
+    visible = polar_truth(facets, returns.rcs, simulator.installation, scene.retrieval, 0)["visible_fraction"].values[0]
     turning = 2.0 * np.pi / scene.wavelength_m * scene.radar.baseline_m / gates.range
     made = Maps(gates.range, _cells(gates.power[0, 0]), _cells(gates.covariance), visible, turning, scene.detail)
     return made, simulator.surface

@@ -22,6 +22,7 @@ import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.visibility import two_way_power
@@ -92,7 +93,7 @@ def by_program(x: Array, height: Array, mast: float) -> list[Array]:
     """Ranges of the facets, which of them light sees, and two-way power in VV and HH, on the program's mesh."""
     keys = {"radar.height_m": mast, "radar.baseline_m": 1e-3, "tracing.facet_m": FACET_M, "turns": 1}
     scene = sr.load_scene("choppy_sea", keys | {"radar.range_m": [10.0, FAR_M], "radar.sector_deg": [0.0, 2.0]})
-    grid = polar_grid(scene.radar, scene.meshing, 0)
+    grid = polar_grid(Installation(scene.radar), scene.meshing, 0)
     level = np.interp(grid.ground_range, x, height)
     elevation = np.broadcast_to(level, (grid.azimuth.size, level.size))
     mesh = surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))

@@ -110,7 +110,7 @@ class Echoes:
 def echoes(simulator: Simulator) -> Echoes:
     """Those of turn 0."""
     light, returns, _ = simulator.light(0)
-    gates = expected_look_gates(light, returns.rcs, simulator.radar, simulator.scene.retrieval.cell_azimuth_deg)
+    gates = expected_look_gates(light, returns.rcs, simulator.installation, simulator.scene.retrieval.cell_azimuth_deg)
     turn = simulator.turn(0)
     heights = sr.retrieve(turn.echoes)["polar"].to_dataset()["height"].values[0]
     truth = turn.truth["polar"].to_dataset()

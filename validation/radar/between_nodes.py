@@ -55,7 +55,7 @@ def main() -> None:
             found, moved = _turn(simulator, partial(_noted, kept, share))
             nodes = kept[-1]
             missed = float(np.nanmean(np.abs(found - voltage) ** 2) / np.nanmean(np.abs(voltage) ** 2))
-            cells = change_by_range(simulator.radar, moved - heights, 2)
+            cells = change_by_range(simulator.installation.radar, moved - heights, 2)
             shape = f"{nodes.stride}, {nodes.weights.shape[1]}"
             law = 1e3 * np.sqrt(nodes.missed) * sigma
             print(

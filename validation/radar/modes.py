@@ -28,7 +28,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes.receiving import add_noise, gate_noise_power
-from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings
@@ -126,12 +126,12 @@ def simulated(scene: Scene) -> Turn:
     return Simulator(scene).turn(0)
 
 
-def with_noise(turn: Turn, radar: RadarSettings, seed: int, mast: Mast | None = None) -> Turn:
-    """A turn that was simulated without noise as radar.noise would have it, bit by bit. mast: of a boat that moves."""
+def with_noise(turn: Turn, radar: RadarSettings, seed: int, boat: Installation | None = None) -> Turn:
+    """A turn that was simulated without noise as radar.noise would have it, bit by bit. boat: one that moves."""
     loud, voltage = radar.model_copy(update={"noise": True}), turn.echoes["voltage"].values.copy()
-    add_noise(voltage, loud, pulses(loud, turn.number, mast), seed)
+    add_noise(voltage, loud, pulses(boat or Installation(loud), turn.number), seed)
     echoes = turn.echoes.assign(voltage=turn.echoes["voltage"].copy(data=voltage))
-    echoes.attrs["noise_power_w"] = gate_noise_power(loud)
+    echoes.attrs["noise_power_w"] = gate_noise_power(Installation(loud))
     return replace(turn, echoes=echoes)
 
 

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.conventions import db, unit_from_azimuth
 from seamap_rt.radar.antenna import antenna
-from seamap_rt.radar.mast import Mast
-from seamap_rt.resolved_scene import masts
+from seamap_rt.radar.installation import Installation
+from seamap_rt.resolved_scene import installation_of
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator, Turn
 from validation.radar.modes import Cells, rms, spread, with_noise
@@ -74,7 +74,7 @@ def as_sensed(echoes: xr.Dataset, made: Scene, sensors: dict[str, float]) -> xr.
     """The same echoes with the readings of other sensors."""
     settings = made.platform.sensors.model_copy(update=sensors)
     boat = made.model_copy(update={"platform": made.platform.model_copy(update={"sensors": settings})})
-    pose = masts(boat).sensed.pose(echoes["time"].values)
+    pose = installation_of(boat).sensed.pose(echoes["time"].values)
     said = {"position": pose.positions, "attitude": pose.attitude, "azimuth": pose.bearing}
     return echoes.assign({name: echoes[name].copy(data=values) for name, values in said.items()})
 
@@ -94,15 +94,15 @@ class Ride:
     def of(cls, made: Scene) -> Ride:
         simulator = Simulator(made)
         turn = simulator.turn(0)
-        loud = with_noise(turn, made.radar, made.seed, simulator.mast)
-        return cls(seen(turn, made), seen(loud, made), elevation_gain(turn, made, simulator.mast))
+        loud = with_noise(turn, made.radar, made.seed, simulator.installation)
+        return cls(seen(turn, made), seen(loud, made), elevation_gain(turn, made, simulator.installation))
 
 
 def seen(turn: Turn, made: Scene) -> Cells:
     return Cells.between(sr.retrieve(turn.echoes, made.retrieval), turn.truth, made.radar)
 
 
-def elevation_gain(turn: Turn, made: Scene, mast: Mast) -> NDArray[np.float64]:
+def elevation_gain(turn: Turn, made: Scene, mast: Installation) -> NDArray[np.float64]:
     """(look, gate) two-way power gain towards mean sea level, off the boresight's, as the array stands at each look."""
     true = turn.truth["polar"].to_dataset().isel(turn=0)
     pose = mast.pose(true["time"].values)

@@ -49,8 +49,8 @@ def main() -> None:
         said = ", ".join((name, *(f"{key.split('.')[-1]} = {value:g}" for key, value in changes.items())))
         for beams in map(float, arguments.reach.split(",")):
             heights, cut_error = _heights(simulator, beams)
-            share = float(share_aside(simulator.radar, [beams])[0])
-            cells = change_by_range(simulator.radar, heights - whole, 1)
+            share = float(share_aside(simulator.installation.radar, [beams])[0])
+            cells = change_by_range(simulator.installation.radar, heights - whole, 1)
             law = 1e3 * np.sqrt(share) * sigma
             print(
                 f"| {said} | {beams:g} | {law:.1f} | {cells} | {1e3 * cut_error:.1f} ({1e3 * error:.1f}) |", flush=True

@@ -34,6 +34,7 @@ from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
 from seamap_rt.interferometry.phase.interferogram import Interferogram
 from seamap_rt.interferometry.phase.speckle import ONE_CELL, phase_variances
+from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator
@@ -61,8 +62,8 @@ def law_of(scene: Scene) -> Law:
     """Of the pairs of both ways (p = 2), which `paths = "best"` takes from switched transmitters."""
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(0)
-    radar = simulator.radar.model_copy(update={"interferogram": "alternating_pulse"})
-    gates = expected_look_gates(facets, returns.rcs, radar, scene.retrieval.cell_azimuth_deg)
+    radar = simulator.installation.radar.model_copy(update={"interferogram": "alternating_pulse"})
+    gates = expected_look_gates(facets, returns.rcs, Installation(radar), scene.retrieval.cell_azimuth_deg)
     return Law(
         gates.power[0, 0], gates.power[1, 1], gates.covariance, sea_covariance(simulator.sea, scene.sea.extent_m)
     )

@@ -143,8 +143,8 @@ def turn_of(scene: Scene) -> Turn:
         rcs = returns.rcs * np.divide(rest + level * power * spikes, was, out=np.zeros_like(was), where=was > 0.0)
         calm = returns.rcs * np.divide(rest + level * power, was, out=np.zeros_like(was), where=was > 0.0)
         cell = scene.retrieval.cell_azimuth_deg
-        lit, mean = (expected_look_gates(light, each, simulator.radar, cell) for each in (rcs, calm))
-        angle = wrap_degrees(lit.sweep + simulator.radar.sector_deg[0] - 270.0)
+        lit, mean = (expected_look_gates(light, each, simulator.installation, cell) for each in (rcs, calm))
+        angle = wrap_degrees(lit.sweep + simulator.installation.radar.sector_deg[0] - 270.0)
         for name, middles in SECTORS.items():
             looks = np.any([np.abs(wrap_degrees(angle - middle)) <= 30.0 for middle in middles], axis=0)
             turn.cells[way, name] = lit.power[0, 0][looks] / mean.power[0, 0][looks].mean(axis=0)

@@ -25,6 +25,7 @@ import seamap_rt as sr
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.paths import facet_paths, wavenumber
 from seamap_rt.echoes.speckle import Motion
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.report.style import (
@@ -109,12 +110,14 @@ def correlations(seeds: int) -> tuple[NDArray[np.float64], dict[str, NDArray[np.
     """Lags [s] and each case's autocorrelation over the gates and pulses of a flat sea at rest, the beam taken out."""
     scene = slow_scene(UP_WAVE, **{"sea.waves": [], "scattering.nrcs": "constant", "radar.rotation_rpm": 3.0})
     facets, (rcs, _, _), _ = Simulator(scene).light(0)
-    fired, lags, tau = pulses(scene.radar, 0), np.arange(25), scene.scattering.decorrelation_time_s
+    fired, lags, tau = pulses(Installation(scene.radar), 0), np.arange(25), scene.scattering.decorrelation_time_s
 
     def correlation(decorrelation_time_s: float, motion: Motion | None) -> NDArray[np.complex128]:
         total = np.zeros(lags.size, dtype=np.complex128)
         for seed in range(seeds):
-            v = turn_voltages(facets, rcs, scene.radar, fired, seed, decorrelation_time_s, motion=motion)[:, 0]
+            v = turn_voltages(facets, rcs, Installation(scene.radar), fired, seed, decorrelation_time_s, motion=motion)[
+                :, 0
+            ]
             v = v.astype(np.complex128) * gates(scene.radar) ** 2  # all ranges count
             total += [np.sum(v[lag:] * v[: v.shape[0] - lag].conj()) for lag in lags]
         return total / total[0].real
@@ -172,15 +175,15 @@ def look_spectra(scene: Scene, seeds: int) -> Look:
     """Simulated and predicted spectra; the seeds draw other speckle over the same sea."""
     facets, (rcs, motion, _), _ = Simulator(scene).light(0)
     assert motion is not None  # scattering.doppler = "full"
-    radar, fired = scene.radar, pulses(scene.radar, 0)
+    radar, fired = scene.radar, pulses(Installation(scene.radar), 0)
     frequency = np.arange(-(SEGMENT // 2), SEGMENT // 2, dtype=np.float64) * (radar.prf_hz / SEGMENT)
     water, expected = expected_spectra(facets, rcs, scene, motion, frequency)
     power = uniform_filter1d(expected.sum(axis=1, keepdims=True), SMOOTH, axis=0)
     simulated, middle = np.zeros_like(expected), np.zeros_like(expected)
     for seed in range(seeds):
-        v = turn_voltages(facets, rcs, radar, fired, seed, scene.scattering.decorrelation_time_s, motion=motion)[
-            :, 0
-        ].T.astype(np.complex128)
+        v = turn_voltages(
+            facets, rcs, Installation(radar), fired, seed, scene.scattering.decorrelation_time_s, motion=motion
+        )[:, 0].T.astype(np.complex128)
         spectra = np.stack([segment_spectra(v[:, start : start + SEGMENT]) for start in segments(v.shape[1])])
         simulated += spectra.mean(axis=0) / seeds
         if seed == 0:
@@ -225,7 +228,7 @@ def expected_spectra(
     radar, step = scene.radar, frequency[1] - frequency[0]
     sweep = facets.grid.column_sweep
     columns = np.flatnonzero((sweep > 0.0) & (sweep < 10.0) if chosen is None else chosen)
-    paths = facet_paths(facets, rcs, radar, slice(columns[0], columns[-1] + 1))
+    paths = facet_paths(facets, rcs, Installation(radar), slice(columns[0], columns[-1] + 1))
     power = np.abs(paths.amplitude[0]).astype(np.float64) ** 2
     k, tau = wavenumber(radar), scene.scattering.decorrelation_time_s
     gate = np.rint((paths.range[0] - gates(radar)[0]) / radar.range_sampling_m)

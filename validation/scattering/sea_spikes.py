@@ -51,8 +51,8 @@ def levels(scene: Scene) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     light, returns, _ = simulator.light(0, mesh=mesh)
     calm = replace(simulator.surface, spikes=None)(light, mesh.strain)
     cell = scene.retrieval.cell_azimuth_deg
-    lit, mean = (expected_look_gates(light, each.rcs, simulator.radar, cell) for each in (returns, calm))
-    angle = wrap_degrees(lit.sweep + simulator.radar.sector_deg[0] - 270.0)
+    lit, mean = (expected_look_gates(light, each.rcs, simulator.installation, cell) for each in (returns, calm))
+    angle = wrap_degrees(lit.sweep + simulator.installation.radar.sector_deg[0] - 270.0)
     return lit.power[0, 0], mean.power[0, 0], angle, lit.range
 
 

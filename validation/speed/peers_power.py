@@ -34,7 +34,7 @@ class Cells:
         facets, columns, grid = case.facets, case.columns, case.mesh.grid
         lit = np.ones((1, *facets.height.shape), dtype=bool)
         slant, _ = lambertian_power(Illumination.of(facets, lit), columns, 0, case.frequency_hz)
-        self.ranges = int(case.simulator.radar.range_m[1] / CELL_M)
+        self.ranges = int(case.simulator.installation.radar.range_m[1] / CELL_M)
         sweep = np.floor((grid.column_sweep[columns] - grid.column_sweep[columns.start]) / CELL_DEG + 1e-6)
         gate = np.minimum(slant / CELL_M, self.ranges).astype(np.int64)  # the last one takes what lies beyond
         self.of_facet = sweep.astype(np.int64)[:, None] * (self.ranges + 1) + gate
@@ -150,7 +150,7 @@ def rms(values: Array) -> float:
 
 def tracers_of(case: Case, cells: Cells) -> dict[str, Callable[[], Array]]:
     """The package's methods for the power of every cell."""
-    radar, water = case.simulator.radar, case.simulator.scene.scattering
+    radar, water = case.simulator.installation.radar, case.simulator.scene.scattering
     sheet, facets, horizon = OneSheet(case), tracer("facets", radar, water), tracer("horizon", radar, water)
 
     def power(lit: NDArray[np.bool_]) -> Array:

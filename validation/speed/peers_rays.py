@@ -67,7 +67,7 @@ def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
 def slow_engines(sheet: OneSheet) -> list[Engine]:
     """PathSolver's line of sight, and Embree where it is installed, by trimesh and called directly."""
     case, rays, own = sheet.case, sheet.rays, sheet.own()
-    paths = tracer("paths", case.simulator.radar, case.simulator.scene.scattering)
+    paths = tracer("paths", case.simulator.installation.radar, case.simulator.scene.scattering)
     every = case.facets.height.size * len(rays.front)
     engines = [Engine("Sionna, line of sight", lambda: paths(case.mesh).lit, lambda lit: lit[:, case.columns], every)]
     if importlib.util.find_spec("embreex") is None:

@@ -45,7 +45,7 @@ class Case:
 def case(changes: dict[str, str]) -> Case:
     simulator = Simulator(sr.load_scene("choppy_sea", overrides=changes))
     mesh = simulator.mesh(0)
-    return Case(simulator, mesh, mesh.sheets()[0], simulator.radar.frequency_hz)
+    return Case(simulator, mesh, mesh.sheets()[0], simulator.installation.radar.frequency_hz)
 
 
 def one_antenna(case: Case) -> Case:
@@ -126,7 +126,7 @@ class OneSheet:
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        water = RayTracer(case.simulator.radar, case.simulator.scene.scattering).permittivity
+        water = RayTracer(case.simulator.installation.radar, case.simulator.scene.scattering).permittivity
         self.rays = self.make()
         surface = occluding_surface(case.mesh, case.sheet, self.rays)
         self.scene = SeaScene(surface, case.mesh.grid.antenna_positions[case.sheet[0].start], case.frequency_hz, water)

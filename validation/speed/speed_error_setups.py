@@ -8,7 +8,7 @@ import statistics
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -23,6 +23,7 @@ from seamap_rt.echoes.response import truncation_share
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
+from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
@@ -91,12 +92,13 @@ class Bench:
     def simulator(self, mesh: Mesh, sector: str | None = None, sea: Sea | None = None, kept: int = 1) -> Simulator:
         """One that lights a mesh by `facets`; by default of the whole circle, the scene's own sea and all pulses."""
         made = copy.copy(self._sectors[sector] if sector else self.whole)
-        prf = made.radar.prf_hz / kept
-        keys = {**mesh.keys(), "radar.prf_hz": prf, "radar.sector_deg": [*made.radar.sector_deg]}
+        prf = made.installation.radar.prf_hz / kept
+        keys = {**mesh.keys(), "radar.prf_hz": prf, "radar.sector_deg": [*made.installation.radar.sector_deg]}
         made.scene = scene_of(**keys)
-        made.radar = made.radar.model_copy(update={"prf_hz": prf})
+        radar = made.installation.radar.model_copy(update={"prf_hz": prf})
+        made.installation = replace(made.installation, radar=radar)
         made.sea = sea or self.whole.sea
-        made.__dict__["surface"] = self.whole.surface
+        made._surface = self.whole.surface
         made._trace = _tracer("facets", made.scene)
         return made
 
@@ -157,12 +159,12 @@ def expected_maps(
     maps: dict[str, list[Maps]] = {name: [] for name in tracers}
     for sector in SECTORS:
         simulator = bench.simulator(mesh, sector, sea)
-        scene, radar, made = simulator.scene, simulator.radar, simulator.mesh(0)
+        scene, radar, made = simulator.scene, simulator.installation.radar, simulator.mesh(0)
         for name in tracers:
             simulator._trace = _tracer(name, scene)
             facets, returns, _ = simulator.light(0, mesh=made)
-            gates = expected_look_gates(facets, returns.rcs, radar, scene.retrieval.cell_azimuth_deg)
-            truth = polar_truth(facets, returns.rcs, radar, scene.retrieval, 0)
+            gates = expected_look_gates(facets, returns.rcs, Installation(radar), scene.retrieval.cell_azimuth_deg)
+            truth = polar_truth(facets, returns.rcs, Installation(radar), scene.retrieval, 0)
             cells = _cells(gates.power[0, 0]), _cells(gates.covariance), truth["visible_fraction"].values[0]
             maps[name].append(Maps(gates.range, *cells))
     return {name: _joined(pieces) for name, pieces in maps.items()}
@@ -277,7 +279,7 @@ def take_turns(setups: Sequence[Timed], rounds: int) -> None:
 def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, echoes: bool) -> Stopwatch:
     """A turn as `Simulator.turn` makes it, but for the truth; lit by either tracer."""
     simulator, clock = setup.simulator, Stopwatch()
-    scene, radar = simulator.scene, simulator.radar
+    scene, radar = simulator.scene, simulator.installation.radar
     _ = simulator.surface  # calibrated once, as for all turns of a run
     mesh = simulator.mesh(number, clock)
     with clock("horizon"):
@@ -295,11 +297,13 @@ def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, ec
     setup.facets = facets.height.size
     if echoes:
         with clock("echoes"):
-            fired = pulses(radar, number, simulator.mast)
+            fired = pulses(simulator.installation, number)
             speckle = scene.seed, scene.scattering.decorrelation_time_s
             share = truncation_share(simulator.sea.resolved.elevation_std, scene.tracing.height_error_m)
-            heard = turn_echoes(facets, returns.rcs, radar, fired, *speckle, motion=returns.motion, neglected=share)
-            echo_dataset(radar, [fired], [heard], scene.scattering.polarization, None, number)
+            heard = turn_echoes(
+                facets, returns.rcs, Installation(radar), fired, *speckle, motion=returns.motion, neglected=share
+            )
+            echo_dataset(Installation(radar), [fired], [heard], scene.scattering.polarization, None, number)
     return clock
 
 

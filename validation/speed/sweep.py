@@ -17,9 +17,8 @@ from pathlib import Path
 
 from seamap_rt.scene import as_scene
 from seamap_rt.studies.cluster import local_client
-from seamap_rt.studies.point import compute
+from seamap_rt.studies.point import BySea, compute
 from seamap_rt.studies.sweep import Sweep
-from seamap_rt.studies.trade import BySea
 
 STAGES = ("sea", "mesh", "calibrate", "trace", "echoes", "truth", "retrieve", "total")
 

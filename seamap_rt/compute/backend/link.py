@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..scratch import scratch_folder
+from ..locks import scratch_folder
 from . import trial
 from .trial import Candidate
 

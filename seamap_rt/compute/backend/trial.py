@@ -19,7 +19,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from ..scratch import scratch_folder
+from ..locks import scratch_folder
 
 Kind = Literal["cuda", "llvm"]
 VARIABLE = "DRJIT_LIBLLVM_PATH"  # of the environment: names the LLVM library that Dr.Jit loads

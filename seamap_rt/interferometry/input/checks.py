@@ -21,12 +21,12 @@ import numpy as np
 import xarray as xr
 import zarr
 
-from ...compute.asyncio_log import filter_asyncio_log
 from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
 from ...errors import InputError, SchemaError
 from ...io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
 from ...io.opening import bytes_held, check_store, weigh
+from ...io.process import filter_asyncio_log
 from ...io.text import plain_attribute, rounded_up
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.receiver import comparing_pulses

@@ -15,7 +15,7 @@ from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS,
 from ...radar.platform import boat_motion
 from ...radar.receiver import comparing_pulses, pulse_coherence
 from ...radar.scan import BEAMS_BEYOND, sector_width, turn_duration
-from ...radar.waveform import RangeResponse, gate_spacing_m
+from ...radar.waveform import RangeResponse, gate_spacing_m, range_cell, sample_spacing_m
 from ...settings import (
     AntennaSettings,
     ObjectSettings,
@@ -115,7 +115,7 @@ def check_echo_memory(radar: RadarSettings) -> None:
     near, far = radar.range_m
     pulses = pulses_of_a_turn(radar)
     digital = radar.receiver.chain == "digital"
-    spacing = SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz) if digital else radar.range_sampling_m
+    spacing = sample_spacing_m(radar.receiver.adc_rate_hz) if digital else radar.range_sampling_m
     gates = (far - near) / spacing + 1.0
     needed = BYTES_PER_VOLTAGE * len(antenna_array(radar).receivers) * pulses * gates
     if needed > MOST_ECHO_BYTES:
@@ -269,9 +269,7 @@ def check_gates(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
             f"{cell:.10g} (else cells hold no gate); lower radar.range_sampling_m or lengthen "
             "retrieval.cell_range_m"
         )
-    chirp = radar.waveform == "chirp"
-    swept = radar.chirp_bandwidth_hz if chirp else 1.0 / radar.pulse_width_s
-    resolution = SPEED_OF_LIGHT / (2.0 * min(radar.bandwidth_hz, swept))
+    chirp, resolution = radar.waveform == "chirp", range_cell(radar)
     if gate_spacing_m(radar) > resolution:
         raise ValueError(
             f"radar.range_sampling_m = {sampling:.10g}: must be at most the range resolution of "

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import sys
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -10,13 +14,17 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
+import seamap_rt
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.errors import InputError
-from seamap_rt.radar.mast import Mast, column_frame, turn_duration
-from seamap_rt.radar.platform import BoatState
+from seamap_rt.radar.array import Array, antenna_array
+from seamap_rt.radar.installation import Installation, column_frame, turn_duration
+from seamap_rt.radar.platform import BoatState, boat_motion
 from seamap_rt.radar.pose import boat_axes
 from seamap_rt.radar.scan import phase_centres
+from seamap_rt.scene import load_scene
 from seamap_rt.settings import PlatformSettings, RadarSettings
+from seamap_rt.simulation import Simulator
 
 TIMES = np.linspace(-0.1, 7.3, 1483)
 SWINGING = {
@@ -33,8 +41,8 @@ SWINGING = {
 ASIDE = {"antennas": [{"offset_m": [0.3, -0.1, 0.0]}, {"offset_m": [-0.2, 0.05, 0.25]}]}
 
 
-def mast_of(platform: dict[str, Any] | None = None, **radar: Any) -> Mast:
-    return Mast(RadarSettings.model_validate(radar), PlatformSettings.model_validate(platform or {}))
+def mast_of(platform: dict[str, Any] | None = None, **radar: Any) -> Installation:
+    return Installation(RadarSettings.model_validate(radar), PlatformSettings.model_validate(platform or {}))
 
 
 # ---------------------------------------------------------------------------------------------------------- at rest
@@ -107,7 +115,7 @@ def test_a_pitch_shifts_the_mast_aft() -> None:
     assert_allclose(pose.origin, np.tile((-5.0 * sine, 0.0, 5.0 * cosine), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
 
 
-def exact_position(mast: Mast, platform: PlatformSettings, lever: Any, antenna: int, time: float) -> NDArray:
+def exact_position(mast: Installation, platform: PlatformSettings, lever: Any, antenna: int, time: float) -> NDArray:
     """The position of a phase centre in 40 digits: rotations of the words in `pose`, one after the other."""
     with mpmath.workdps(40):
         t, radians = mpmath.mpf(time), mpmath.pi / 180
@@ -194,8 +202,8 @@ def test_a_pose_is_what_its_parts_say() -> None:
 
 def test_a_mast_with_errors_is_known_without_them() -> None:
     radar = RadarSettings(baseline_error_m=0.02, baseline_m=0.5)
-    true = Mast(radar)
-    sensed = true.sensed(true.motion)
+    true = Installation(radar)
+    sensed = replace(true, sensors=true.motion).sensed
     between = [np.diff(mast.pose(TIMES).positions, axis=1)[..., 2] for mast in (true, sensed)]
     assert_allclose(between[0], 0.52, rtol=1e-14)
     assert_allclose(between[1], 0.5, rtol=1e-14)
@@ -215,7 +223,7 @@ def test_a_sensed_heading_that_is_wrong_does_not_turn_the_turntable(recorded: bo
         state = true.motion(times)
         return BoatState(state.position, state.attitude + np.array([0.0, 0.0, 2.0]))
 
-    sensed = true.sensed(compass)
+    sensed = replace(true, sensors=compass).sensed
     apart = wrap_degrees(sensed.pose(TIMES).bearing - true.pose(TIMES).bearing)
     assert_allclose(apart, 2.0, rtol=0.0, atol=1e-11)
     assert_allclose(sensed.pose(TIMES).origin, true.pose(TIMES).origin, rtol=0.0, atol=1e-14)
@@ -347,3 +355,61 @@ def test_column_frames_are_along_clockwise_up() -> None:
     for number, azimuth in enumerate((0.0, 90.0, 210.0)):
         assert_allclose(frame[number, 0], boat_axes((0.0, 0.0, azimuth))[1], atol=1e-15)
         assert_allclose(frame[number, 1], boat_axes((0.0, 0.0, azimuth))[0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"radar.receiver.chain": "digital"},
+        {"radar.transmitter": "magnetron"},
+        {"radar.scan": "staring"},
+        {"platform.motion": "sinusoidal", "platform.sensors.attitude_noise_deg": 0.2},
+    ],
+    ids=str,
+)
+def test_a_turn_is_handed_a_radar_that_is_resolved(keys: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The array is made with the simulator; a turn makes none but that of a boat at rest, for a magnetron's phases."""
+    few = {"radar.sector_deg": [262.0, 270.0], "radar.range_m": [15.0, 60.0], "sea.extent_m": 180.0, "turns": 2}
+    simulator = Simulator(load_scene("tiny", overrides={"tracing.tracer": "horizon"} | few | keys))
+    simulator.turn(0)
+    made: list[RadarSettings] = []
+
+    def noted(radar: RadarSettings) -> Array:
+        made.append(radar)
+        return antenna_array(radar)
+
+    for name, module in list(sys.modules.items()):
+        if name.startswith("seamap_rt.") and getattr(module, "antenna_array", None) is antenna_array:
+            monkeypatch.setattr(module, "antenna_array", noted)
+    simulator.turn(1)
+    assert len(made) <= ("radar.transmitter" in keys)
+
+
+@pytest.mark.parametrize("room", ["echoes", "truth", "mesh"])
+def test_rooms_are_handed_the_installation(room: str) -> None:
+    """They take radar and platform from no scene: those of a second installation reach them by the same way."""
+    for path in (Path(seamap_rt.__file__).parent / room).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Attribute) and node.attr in ("radar", "platform"):
+                assert not ast.unparse(node.value).endswith("scene"), f"{path.name}: {ast.unparse(node)}"
+
+
+def test_a_boat_steers_as_it_goes() -> None:
+    """A motion that is asked for turn by turn moves the antennas as it says; the platform's own changes no bit."""
+    keys = {"radar.sector_deg": [262.0, 270.0], "radar.range_m": [15.0, 60.0], "sea.extent_m": 180.0}
+    made = load_scene("tiny", overrides=keys | {"tracing.tracer": "horizon", "platform.speed_m_s": 2.0})
+
+    def steered(times: Any) -> BoatState:
+        """On a circle of 40 m, and her heading with it."""
+        angle = 0.05 * np.asarray(times, dtype=np.float64)
+        east, north = 40.0 * (1.0 - np.cos(angle)), 40.0 * np.sin(angle)
+        position = np.stack((east, north, 0.0 * angle), axis=-1)
+        return BoatState(position, np.stack((0.0 * angle, 0.0 * angle, np.degrees(angle)), axis=-1))
+
+    own, plain = Simulator(made, motion=boat_motion(made.platform)).turn(1), Simulator(made).turn(1)
+    assert_array_equal(own.echoes["voltage"], plain.echoes["voltage"])
+    echoes = Simulator(made, motion=steered).turn(1).echoes
+    there = steered(echoes["time"].values)
+    assert_allclose(echoes["attitude"], there.attitude, atol=1e-12)
+    assert_allclose(echoes["position"].values.mean(axis=1)[:, :2], there.position[:, :2], atol=1e-12)

@@ -1,4 +1,4 @@
-"""The turning array on the moving boat: where each antenna is at any time, and where it looks.
+"""A radar on the mast of its boat, resolved: its array, and at any time where each antenna is and where it looks.
 
 The array's origin stands at radar.height_m above the water while the boat lies still, at the end of a lever arm from
 the point about which the boat turns; the world's origin lies below it then, at time 0. The turntable turns at a
@@ -8,7 +8,7 @@ keeps its heading; a boat that rolls or yaws swings the boresight off that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,15 +17,18 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import unit_from_azimuth, wrap_degrees
 from ..errors import InputError
 from ..settings import PlatformSettings, RadarSettings
-from .array import antenna_array
+from .array import Array, antenna_array
 from .platform import BoatMotion, boat_motion
 from .pose import antenna_axes, bearing, boat_axes
+from .waveform import RangeResponse
 
 _STEP = 1e-3  # s, over which positions are differenced: a jerk of 100 m/s³ errs by 0.02 mm/s
 _NEWTON_STEPS = 5  # two for a boat in waves; as many as _SLOWEST asks for
 _SLOWEST = 0.2  # of the turntable's rate: so fast at least the boresight must turn
 _FURTHEST_DEG = 150.0  # off its schedule: at 180 it would not be known in which direction it has turned
 _ROUNDING = 1e-9  # deg; a boresight that is so little off its schedule is on it
+
+_AT_REST = PlatformSettings()
 
 
 @dataclass(frozen=True)
@@ -52,36 +55,62 @@ class ArrayPose:
         return bearing(self.axes)
 
 
-class Mast:
-    """For any time, also a little before 0."""
+@dataclass(frozen=True, eq=False)
+class Installation:
+    """A radar on its boat: what rooms that simulate are handed. For any time, also a little before 0.
 
-    def __init__(
-        self,
-        radar: RadarSettings,
-        platform: PlatformSettings | None = None,
-        motion: BoatMotion | None = None,
-        known: bool = False,
-    ) -> None:
-        """motion: of the boat, true or as measured; left out, that of `platform`, which must then not ask for a sea.
-        known: antennas stand where they are thought to, not where they do."""
-        self.radar, self.platform = radar, platform or PlatformSettings()
-        self.motion = motion or boat_motion(self.platform, None)
-        array = antenna_array(radar)
-        self.offsets = array.known_offsets if known else array.offsets
-        lever = self.platform.lever_arm_m
-        self._lever = np.array((0.0, 0.0, radar.height_m) if lever is None else lever)
-        # The heading against which the turntable is set: a sector lies where the scene says while the boat keeps to it.
-        self.heading = self.platform.heading_deg
+    Raises ValueError for a boat that follows waves, and no motion: it needs its sea.
+    """
+
+    radar: RadarSettings  # as it looks, with the sector that its beam truly scans
+    platform: PlatformSettings = _AT_REST
+    motion: BoatMotion = None  # type: ignore[assignment]  # of the boat; left out, that of `platform`
+    sensors: BoatMotion | None = None  # the motion as it is measured, where it is
+    true: Installation | None = None  # where all is, if this is what sensors make of it
+
+    def __post_init__(self) -> None:
+        if self.motion is None:
+            object.__setattr__(self, "motion", boat_motion(self.platform))
+
+    @property
+    def sensed(self) -> Installation:
+        """The same as the boat's sensors have it: antennas stand where they are thought to, and the turntable's zero
+        stays where it is. Where nothing is measured, itself."""
+        return self if self.sensors is None else replace(self, motion=self.sensors, sensors=None, true=self)
+
+    @cached_property
+    def array(self) -> Array:
+        """Its antennas and their mode."""
+        return antenna_array(self.radar) if self.true is None else self.true.array
+
+    @cached_property
+    def response(self) -> RangeResponse:
+        """That of its waveform in range."""
+        return RangeResponse.of(self.radar)
+
+    @cached_property
+    def offsets(self) -> NDArray[np.float64]:
+        """(antenna, 3) m, of the phase centres from the array's origin."""
+        return self.array.offsets if self.true is None else self.array.known_offsets
+
+    @cached_property
+    def heading(self) -> float:
+        """deg, against which the turntable is set: a sector lies where the scene says while the boat keeps to it."""
+        if self.true is not None:
+            return self.true.heading
         if self.platform.motion == "file":
-            self.heading = float(self.motion(np.zeros(1)).attitude[0, 2])
-        upright = self._lever @ boat_axes((0.0, 0.0, self.heading))
-        self._foot = np.array((upright[0], upright[1], upright[2] - radar.height_m))
+            return float(self.motion(np.zeros(1)).attitude[0, 2])
+        return self.platform.heading_deg
 
-    def sensed(self, motion: BoatMotion) -> Mast:
-        """The same mast as sensors have it that measure this motion: its turntable's zero stays where it is."""
-        other = Mast(self.radar, self.platform, motion, known=True)
-        other.heading, other._foot = self.heading, self._foot
-        return other
+    @cached_property
+    def _lever(self) -> NDArray[np.float64]:
+        lever = self.platform.lever_arm_m
+        return np.array((0.0, 0.0, self.radar.height_m) if lever is None else lever)
+
+    @cached_property
+    def _foot(self) -> NDArray[np.float64]:
+        upright = self._lever @ boat_axes((0.0, 0.0, self.heading))
+        return np.array((upright[0], upright[1], upright[2] - self.radar.height_m))
 
     @property
     def period(self) -> float:
