@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .lazy import lazy_attributes
+from .lazy import judge, lazy_attributes
 
 __version__ = "0.1.0"
 
@@ -90,7 +90,5 @@ _attribute = lazy_attributes(
 
 def __getattr__(name: str) -> Any:
     if name == "analytic":  # the judge's closed forms, where it is installed
-        from validation import analytic
-
-        return analytic
+        return judge("analytic")
     return _attribute(name)

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from ..compute.machine import A_MODEL
 from ..errors import InputError
 from ..io.text import parse_number
+from ..lazy import judge
 from .shell import (
     Count,
     KeysOfHorizon,
@@ -171,7 +172,7 @@ def validate(
 ) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails."""
     try:
-        from validation.report import validate as run_cases
+        run_cases = judge("report").validate
     except ImportError as error:
         raise InputError(
             f"validate: Python finds another package `validation` before this program's, or none ({error}); run from "
