@@ -202,7 +202,14 @@ class Simulator:
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
             echoes = echo_dataset(
-                self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
+                self.radar,
+                [fired],
+                [received],
+                scene.scattering.polarization,
+                [under_water],
+                number,
+                self.sensed,
+                scene.resolved_retrieval,
             )
         with clock("truth"):
             ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)

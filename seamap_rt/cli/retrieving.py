@@ -170,7 +170,7 @@ def retrieve(
     at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
     even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
     overwrite: Annotated[bool, about("Replace an earlier maps.nc.")] = False,
-    set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, as often as wanted.")] = None,
+    set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, in place of what the echoes carry.")] = None,
 ) -> int:
     """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
 
@@ -196,7 +196,7 @@ def retrieve(
     """
     from ..settings import RetrievalSettings
 
-    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
+    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_).model_dump(exclude_unset=True)
     if not echoes.exists():
         wanted = {"": "an echoes.zarr or of a recording", ".zarr": "an echoes.zarr"}.get(echoes.suffix, "a recording")
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of {wanted}")

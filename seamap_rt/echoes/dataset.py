@@ -16,7 +16,7 @@ from ..radar.platform import Sensors
 from ..radar.receiver import measures_phase, transmit_phase_error
 from ..radar.scan import Pulses
 from ..radar.waveform import gates
-from ..settings import RadarSettings, SensorErrors
+from ..settings import RadarSettings, RetrievalSettings, SensorErrors
 from .receiving import Received, gate_noise_power
 
 
@@ -63,10 +63,11 @@ def echo_dataset(
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
     sensed: Mast | None = None,
+    retrieval: RetrievalSettings | None = None,
 ) -> xr.Dataset:
     """The schema's `echoes` from the pulses and voltages of whole turns.
 
-    sensed: the mast as the boat's sensors have it; left out, as it is.
+    sensed: the mast as the boat's sensors have it; left out, as it is. retrieval: by which `retrieve` is to go.
     """
     received = [Received(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
     numbers = np.concatenate([turn.number for turn in turns])
@@ -99,5 +100,5 @@ def echo_dataset(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
             ),
         },
-        {**attributes, "polarization": polarization},
+        {**attributes, "polarization": polarization, "retrieval": (retrieval or RetrievalSettings()).carried},
     )

@@ -44,7 +44,9 @@ def from_scatterers(scene: SceneLike, xyz: ArrayLike, rcs: ArrayLike, velocity: 
     received = [
         receive(scatterer_voltages(radar, turn, points, areas, speeds), radar, turn, scene.seed) for turn in turns
     ]
-    return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=sensed)
+    return echo_dataset(
+        radar, turns, received, scene.scattering.polarization, None, 0, sensed, scene.resolved_retrieval
+    )
 
 
 def scatterer_voltages(

@@ -11,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
@@ -210,3 +211,22 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list):
         return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+class InRows:
+    """Shown as a short table of its `rows`: in lines, and in a notebook as HTML."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Names, and values in words with their units."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        rows = self.rows()
+        wide = max(10, *(len(name) for name, _ in rows))
+        return "\n".join(f"{name:<{wide}} {words}" for name, words in rows)
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        cells = (f"<tr><th>{escape(name)}</th><td>{escape(words)}</td></tr>" for name, words in self.rows())
+        return f"<table>{''.join(cells)}</table>"
