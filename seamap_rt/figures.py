@@ -61,10 +61,12 @@ def forecast(coming: xr.Dataset, place: int = 0, issue: int = -1) -> Figure:
     one = coming.isel(issue=issue, place=place)
     lead = np.asarray(one["lead"].values, dtype=np.float64)
     chance = one["quiet"].values if "quiet" in one else np.full(lead.size, np.nan)
-    told = (np.asarray(each, dtype=np.float64) for each in (one["elevation"], one["elevation_std"], chance))
+    height, std, chance = (
+        np.asarray(each, dtype=np.float64) for each in (one["elevation"], one["elevation_std"], chance)
+    )
     longest = float(one["maximum_prediction_time"]) if "maximum_prediction_time" in one else None
     sea = float(one["significant_wave_height"])
-    return next_seconds(Ahead(int(one["issue"]), lead, *told, "", None, np.nan, np.nan, sea, longest))
+    return next_seconds(Ahead(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, sea, longest))
 
 
 def _refuse_place(name: str, at: int, held: int) -> None:

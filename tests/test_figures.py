@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from html import unescape
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -48,22 +48,24 @@ def test_a_wave_field_is_drawn_as_it_says_of_itself(made: dict[str, Any]) -> Non
     """A point of the picture is the field's own elevation there and then."""
     field = made["field"]
     image = sr.figures.wave_field(field, time=1.0, spacing_m=5.0).axes[0].images[0]
-    shown = np.ma.getdata(image.get_array())
-    row, column = np.argwhere(~np.ma.getmaskarray(image.get_array()))[100]
+    picture: Any = image.get_array()
+    shown = np.ma.getdata(picture)
+    row, column = np.argwhere(~np.ma.getmaskarray(picture))[100]
     west, _, south, _ = image.get_extent()
     x, y = west + 5.0 * (column + 0.5), south + 5.0 * (row + 0.5)
-    assert shown[row, column] == pytest.approx(field.elevation(x, y, 1.0)[0], abs=1e-6)
+    told = float(field.elevation(x, y, 1.0)[0])  # another number of points is summed to another rounding
+    assert float(shown[row, column]) == pytest.approx(told, abs=1e-3 * field.sea_std)
 
 
 @pytest.mark.parametrize(
     ("draw", "line"),
     [
         (lambda made: sr.figures.height_map(made["maps"], 2), r"turn = 2: must be from -2 to 1"),
-        (lambda made: sr.figures.height_map(3), r"maps: is a int, must be a DataTree"),
+        (lambda made: sr.figures.height_map(cast(Any, 3)), r"maps: is a int, must be a DataTree"),
         (lambda made: sr.figures.wave_field(made["maps"]), r"field: is a DataTree, must be a WaveField"),
         (lambda made: sr.figures.wave_field(made["field"], spacing_m=0.0), r"spacing_m = 0: must be"),
         (lambda made: sr.figures.forecast(made["coming"], place=1), r"place = 1: must be"),
-        (lambda made: sr.figures.forecast(None), r"coming: is None, must be a Dataset"),
+        (lambda made: sr.figures.forecast(cast(Any, None)), r"coming: is None, must be a Dataset"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(draw: Callable[[dict[str, Any]], Figure], line: str, made: Any) -> None:

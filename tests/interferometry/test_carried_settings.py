@@ -77,7 +77,7 @@ def test_a_retrieval_goes_by_what_is_given_else_by_what_is_carried_else_by_the_d
     assert carried["polar"].attrs["retrieval"] == '{"cell_range_m": 6.0, "estimator": "single_cell"}'
     finer = sr.retrieve(echoes, {"cell_range_m": 3.0})["polar"]
     assert finer.attrs["retrieval"] == '{"estimator": "single_cell"}'
-    assert not finer["height"].equals(carried["polar"]["height"])
+    assert not finer.to_dataset()["height"].equals(carried["polar"].to_dataset()["height"])
     bare = echoes.drop_attrs().assign_attrs({name: v for name, v in echoes.attrs.items() if name != "retrieval"})
     for all_default in (sr.retrieve(bare), sr.retrieve(echoes, RetrievalSettings())):
         assert all_default["polar"].attrs["retrieval"] == "{}"
