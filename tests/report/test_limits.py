@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 import subprocess
 import sys
 from typing import Any
@@ -12,12 +14,15 @@ import pytest
 
 from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
-from seamap_rt.report.limits import account_lines, costed, left_out, modelled
+from seamap_rt.report import limits
+from seamap_rt.report import modelled as modelled_rows
+from seamap_rt.report.limits import SUBJECTS, account_lines, costed, left_out, modelled
 from seamap_rt.report.modelled import Case
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Resolved, realize
+from validation import ROOT
 from validation.analytic.diffraction import knife_edge
 
 SMALL = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
@@ -131,6 +136,8 @@ ROLLING = {"platform__motion": "sinusoidal", "platform__roll_deg": 10.0}
 )
 def test_every_row_has_its_error(keys: dict[str, Any]) -> None:
     scene_and_sea = small(**keys)
+    for each in left_out(*scene_and_sea):
+        assert len([name for name, about in SUBJECTS.items() if each["what"].startswith(about.rows or "-")]) == 1
     for each in modelled(*scene_and_sea) + left_out(*scene_and_sea):
         assert each.keys() == {"what", "why", "error", "value", "unit", "source"}
         assert each["error"]
@@ -323,6 +330,32 @@ def test_the_pace_of_a_turn_decides_what_a_still_sea_costs() -> None:
         return float(row(modelled(*small(**keys)), "scan")["error"].split()[0])
 
     assert cost(radar__rotation_rpm=120.0) < cost() < cost(radar__sector_deg=[0.0, 360.0])
+
+
+@pytest.mark.parametrize(
+    ("file", "heading", "mark", "words"),
+    [
+        ("README.md", "What it does not do", r"\d+\. ", [each.short for each in SUBJECTS.values()]),
+        ("validation/README.md", "Limits", "- ", [each.long for each in SUBJECTS.values()]),
+    ],
+)
+def test_lists_of_limits_tell_of_every_subject_and_of_no_other(
+    file: str, heading: str, mark: str, words: list[str]
+) -> None:
+    """Each list has the words of the table, and no entry without any."""
+    text = (ROOT / file).read_text("utf-8").split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    entries = [" ".join(each.split()) for each in re.split(rf"\n{mark}", text)[1:]]
+    wanted = [each for each in words if each]
+    for each in wanted:
+        assert any(each in entry for entry in entries), each
+    for entry in entries:
+        assert any(each in entry for each in wanted), entry
+
+
+def test_the_table_of_subjects_names_no_row_that_is_gone() -> None:
+    text = inspect.getsource(limits).split("class Subject")[0] + inspect.getsource(modelled_rows)
+    gone = [name for subject in SUBJECTS.values() for name in subject.rows if f'"{name}' not in text]
+    assert gone == []
 
 
 # ---------------------------------------------------------------------------------------- costs, and the lines
