@@ -6,19 +6,19 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import Any
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.scratch import scratch_folder
-from ..errors import InputError
+from ..errors import InputError, must_be
 from ..io.scenefile import apply_overrides
 from ..io.text import parse_number
-from ..scene import Scene, load_scene
+from ..scene import Scene, with_keys
 
 MOST_POINTS = 10_000
 _FORM = "write KEY=START:STOP:STEP or KEY=A,B,C, as in radar.height_m=3:20:1"
@@ -182,18 +182,47 @@ def labels(values: Sequence[Any]) -> NDArray:
     return np.array([write_value(value) for value in values], dtype=object)
 
 
-def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:
-    """The scene of each point, or why there is none. Raises InputError where there is none of any."""
-    result: list[Scene | InputError] = []
-    with scratch_folder() as folder:
-        file = folder / "scene.toml"
-        file.write_text(scene.to_toml(), encoding="utf-8")
-        for point in points:
+@dataclass(frozen=True)
+class Grid:
+    """Scenes over values of keys and over seeds."""
+
+    scene: Scene
+    vary: Vary
+    seeds: list[int]
+
+    @classmethod
+    def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int = 1, *more: Any) -> Self:
+        """vary: values by scene key; seeds: how many. Raises InputError for fewer than one seed."""
+        wanted = "a dict of lists, such as {'radar.height_m': [3, 5, 10]}"
+        must_be("vary", vary, Mapping, wanted)
+        for key, each in vary.items():
+            must_be(f"vary: {key}", each, Iterable, wanted)
+        plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
+        values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
+        return cls(scene, values, seeds_of(scene, seeds), *more)
+
+    @cached_property
+    def points(self) -> list[Point]:
+        """The first key varies slowest and the seed fastest. Raises InputError for keys that cannot vary."""
+        return grid(self.scene, self.vary, self.seeds)
+
+    @cached_property
+    def scenes(self) -> list[Scene | InputError]:
+        """Of each point, or why it has none. Raises InputError where no point has one."""
+        result: list[Scene | InputError] = []
+        for point in self.points:
             try:
-                result.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
+                result.append(with_keys(self.scene, {**point.keys, "seed": point.seed}))
             except InputError as refusal:
                 result.append(refusal)
-    first = result[0]
-    if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
-        raise InputError(f"no point of the sweep can be run, for the first: {first.problems[0]}", *first.problems[1:])
-    return result
+        first = result[0]
+        if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
+            told = f"no point of the sweep can be run, for the first: {first.problems[0]}"
+            raise InputError(told, *first.problems[1:])
+        return result
+
+    @property
+    def designs(self) -> dict[tuple[int, ...], Scene | InputError]:
+        """The scenes of the first seed, by their place in the grid without the seeds."""
+        every = zip(self.points, self.scenes, strict=True)
+        return {point.index[:-1]: scene for point, scene in every if point.index[-1] == 0}
