@@ -8,7 +8,6 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
 from functools import cached_property
 from typing import Any, Self
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
 from ..io.scenefile import apply_overrides
-from ..io.text import parse_number
+from ..io.text import number_list
 from ..scene import Scene, with_keys
 
 MOST_POINTS = 10_000
@@ -41,7 +40,10 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
     if not equals or not key or not written:
         raise InputError(f"--vary {text}: must name a key and its values; {_FORM}")
     if re.fullmatch(r"[^:,\[\]\"']+(:[^:,\[\]\"']+)+", written):
-        return key, _steps(text, written.split(":"))
+        whole = re.fullmatch(r"[\s+\-\d:]+", written)
+        return key, [
+            int(each) if whole else float(each) for each in number_list(written, f"--vary {text}", _FORM, MOST_POINTS)
+        ]
     whole = apply_overrides({}, {"values": f"[{written}]"})["values"]
     if isinstance(whole, list):
         return key, whole
@@ -57,22 +59,6 @@ def parse_varies(texts: Sequence[str]) -> Vary:
             raise InputError(f"--vary {text}: {key} is varied twice; put all its values in one --vary")
         result[key] = values
     return result
-
-
-def _steps(text: str, pieces: list[str]) -> list[Any]:
-    try:
-        start, stop, step = numbers = [Decimal(part.strip()) for part in pieces if parse_number(part) is not None]
-    except (InvalidOperation, ValueError):
-        raise InputError(f"--vary {text}: must be three numbers; {_FORM}") from None
-    if not all(number.is_finite() for number in numbers):
-        raise InputError(f"--vary {text}: START, STOP and STEP must be finite; {_FORM}")
-    if step <= 0 or stop < start:
-        raise InputError(f"--vary {text}: STEP must be greater than 0 and STOP at least START; {_FORM}")
-    count = (stop - start) / step
-    if count >= MOST_POINTS:
-        raise InputError(f"--vary {text}: {float(count):.3g} values, and at most {MOST_POINTS} are taken; widen STEP")
-    whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in pieces)
-    return [int(value) if whole else float(value) for value in (start + k * step for k in range(int(count) + 1))]
 
 
 def chosen_key(vary: Mapping[str, Sequence[Any]]) -> str:
