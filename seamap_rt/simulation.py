@@ -201,16 +201,8 @@ class Simulator:
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
-            echoes = echo_dataset(
-                self.radar,
-                [fired],
-                [received],
-                scene.scattering.polarization,
-                [under_water],
-                number,
-                self.sensed,
-                scene.resolved_retrieval,
-            )
+            told = scene.scattering.polarization, [under_water], number, self.sensed, scene.resolved_retrieval
+            echoes = echo_dataset(self.radar, [fired], [received], *told)
         with clock("truth"):
             ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)
             known = where_known(truth, self.sea, self.mast, scene.retrieval)

@@ -2,14 +2,13 @@
 
 Each row holds one number, for one scene and its resolved sea: a closed form of the package that owns its subject, or
 what one of the simulation's own models says. A row whose number is not finite does not hold for the scene, and is left
-out. `SUBJECTS` says where README and validation/README tell of them.
+out.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -296,65 +295,3 @@ def _no_sea(case: Case) -> Iterator[Row]:
 
 
 _LEFT_OUT = (_no_geometry, _no_boat, _no_scattering, _no_mean, _no_sea)  # in the order of the account
-
-
-class Subject(NamedTuple):
-    """What limits are about: its words in README's short list ("": none there) and in validation/README's long one, and
-    how the names of its rows begin. Some subjects have no rows, for no single run tells their errors."""
-
-    short: str
-    long: str
-    rows: tuple[str, ...] = ()
-
-
-SUBJECTS = {
-    "Waves": Subject(
-        "Drawn waves are linear or first-order Lagrangian",
-        "as drawn are linear or first-order Lagrangian",
-        ("sharper crests", "skewness", "the sea", "the flow of waves", "waves ", "the longest waves", "breaking"),
-    ),
-    "Light": Subject(
-        "Echoes have one bounce",
-        "one scattering bounce in the simulated echoes",
-        ("multiple scattering", "diffraction", "what diffraction", "shadows of waves", "slopes of resolved waves"),
-    ),
-    "Breakers": Subject(
-        "Breakers are a share of each facet",
-        "are a share of each facet unless",
-        ("the scatterers' own", "tilt, strain", "a breaker's life", "breakers", "hydrodynamic"),
-    ),
-    "The mean echo": Subject(
-        "uncertain by 2–3 dB",
-        "uncertainty of some 2–3 dB",
-        ("the clutter model", "wind-direction contrast", "the mean outside"),
-    ),
-    "Near range": Subject("Nearer than 20 m heights are biased upward", "nearer than about 20 m the edge of the beam"),
-    "Ground maps": Subject("", "lie around the boat's start", ("ground maps",)),
-    "Slopes": Subject("planes at least 6 m long", "planes at least 6 m long"),
-    "Error bars": Subject("height bars hold sensors' stated errors alone", "hold of the motion sensors what is stated"),
-    "Cycles": Subject("often takes the wrong phase cycle", "they are often wrong nearer than 100 m"),
-    "Boats": Subject(
-        "has no dynamics of its own",
-        "has no dynamics of its own",
-        ("the boat's", "the waves' effect on"),
-    ),
-    "Radar": Subject(
-        "",
-        "Each map of a staring antenna has speckle of its own",
-        (
-            "the beam's",
-            "pulses between",
-            "how speckle",
-            "the rest of the circle",
-            "analogue",
-            "a magnetron's",
-            "speckle",
-        ),
-    ),
-    "Objects": Subject(
-        "objects do not diffract", "neither bend light nor echo together", ("the antennas' width", "echoes between")
-    ),
-    "Forecasts": Subject("Forecasts: free waves", ""),
-    "Earth": Subject("Earth is flat", "is flat; the drop at 400 m is 1 cm", ("Earth",)),
-    "Studies": Subject("", "the shadowing study has no objects"),
-}
