@@ -10,40 +10,48 @@ Names are loaded when first used, so that a retrieval loads neither Dr.Jit nor M
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
-from .lazy import lazy_attributes
+from .lazy import judge, lazy_attributes
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from validation import analytic
 
-    from . import echoes, prediction, scattering, sea, studies
+    from . import echoes, figures, prediction, scattering, sea, studies
     from .design_outlook import outlook
-    from .errors import InputError, NoBackend
+    from .errors import InputError, NoBackendError, ResourceError, SchemaError
     from .gauges import gauge_series
-    from .inspection import inspect
+    from .inspection import Finding, inspect
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .io.exports import export
     from .metrics import compare
-    from .prediction import forecast, highest_wave, quiet_windows, reconstruct
+    from .prediction import WaveField, forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
-    from .session import Simulation, iterate, run, simulate
+    from .session import FinishedTurn, RunResult, Simulation, iterate, run, simulate
     from .simulation import expected
     from .wavefield import sea_state
 
 __all__ = [
+    "Finding",
+    "FinishedTurn",
     "InputError",
-    "NoBackend",
+    "NoBackendError",
+    "ResourceError",
+    "RunResult",
     "Scene",
+    "SchemaError",
     "Simulation",
+    "WaveField",
     "analytic",
     "compare",
     "echoes",
     "echoes_from_recording",
     "expected",
     "export",
+    "figures",
     "forecast",
     "gauge_series",
     "highest_wave",
@@ -72,25 +80,27 @@ def __dir__() -> list[str]:
 _attribute = lazy_attributes(
     __name__,
     {
-        ".": "echoes prediction scattering sea studies",
+        ".": "echoes figures prediction scattering sea studies",
         "design_outlook": "outlook",
-        "errors": "InputError NoBackend",
+        "errors": "InputError NoBackendError ResourceError SchemaError",
         "gauges": "gauge_series",
-        "inspection": "inspect",
-        "interferometry": "echoes_from_recording open_recording retrieve sea_state",
+        "inspection": "Finding inspect",
+        "interferometry": "echoes_from_recording open_recording retrieve",
         "io.exports": "export",
         "metrics": "compare",
-        "prediction": "forecast highest_wave quiet_windows reconstruct",
+        "prediction": "WaveField forecast highest_wave quiet_windows reconstruct",
         "scene": "Scene load_scene",
-        "session": "Simulation iterate run simulate",
+        "session": "FinishedTurn RunResult Simulation iterate run simulate",
         "simulation": "expected",
+        "wavefield": "sea_state",
     },
 )
 
 
 def __getattr__(name: str) -> Any:
     if name == "analytic":  # the judge's closed forms, where it is installed
-        from validation import analytic
-
-        return analytic
+        return judge("analytic")
+    if name == "NoBackend":
+        warnings.warn("seamap_rt.NoBackend is now called NoBackendError", DeprecationWarning, stacklevel=2)
+        name = "NoBackendError"
     return _attribute(name)

@@ -340,6 +340,7 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
         (0.0, "rms of a sensor's constant error; 0: not stated"),
     ),
     "sensors_rate_hz": (1e9, "Hz, readings of the motion"),
+    "retrieval": ("{}", "JSON of the keys of [retrieval] that are not their defaults, by which `retrieve` goes"),
 }
 
 # What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.

@@ -65,7 +65,7 @@ class SchemaError(ValueError):
         super().__init__(one_line(message))
 
 
-class NoBackend(RuntimeError):
+class NoBackendError(RuntimeError):
     """Nothing here can run Dr.Jit. The message is one line and names the command that mends it."""
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from seamap_rt.compute.backend import VARIABLE, Backend, Check, choose, link, trial
 from seamap_rt.compute.backend.trial import OLDEST_LLVM, Candidate, Verdict
-from seamap_rt.errors import NoBackend
+from seamap_rt.errors import NoBackendError
 
 ROOT = Path(__file__).parents[1]
 prepare = choose.prepare.__wrapped__  # without the memory of this process
@@ -137,7 +137,7 @@ def test_a_named_library_that_would_abort_is_refused(alone: Path, monkeypatch: p
     old = Path("/usr/lib", f"{platform.machine()}-linux-gnu", "libLLVM-15.so.1")
     named = old if old.exists() else library(alone / "libLLVM-15.so.1", "not a library")
     monkeypatch.setenv(VARIABLE, str(named))
-    with pytest.raises(NoBackend) as refusal:
+    with pytest.raises(NoBackendError) as refusal:
         prepare()
     message = str(refusal.value)
     assert "\n" not in message
@@ -173,7 +173,7 @@ def test_nothing_usable_is_one_line_with_the_remedies(
         monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(alone))
-    with pytest.raises(NoBackend) as refusal:
+    with pytest.raises(NoBackendError) as refusal:
         prepare()
     message = str(refusal.value)
     assert "\n" not in message
@@ -191,7 +191,7 @@ def test_a_linker_that_fails_leaves_nothing_behind(alone: Path, monkeypatch: pyt
     monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
     complaint = library(alone / "linker.py", "raise SystemExit('disk full')")
     monkeypatch.setenv("CXX", f"{sys.executable} {complaint}")
-    with pytest.raises(NoBackend, match="did not link mlc-llvm-static: disk full"):
+    with pytest.raises(NoBackendError, match="did not link mlc-llvm-static: disk full"):
         prepare()
     assert list(trial.cache_folder().iterdir()) == []
 
@@ -199,7 +199,7 @@ def test_a_linker_that_fails_leaves_nothing_behind(alone: Path, monkeypatch: pyt
 def test_too_late_after_an_import_of_dr_jit(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "drjit", sys)
     monkeypatch.setattr(choose, "loaded_llvm", list)
-    with pytest.raises(NoBackend, match="imported before an LLVM was chosen"):
+    with pytest.raises(NoBackendError, match="imported before an LLVM was chosen"):
         prepare()
 
 
@@ -261,7 +261,7 @@ def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatc
     monkeypatch.setattr(choose, "system_llvm", lambda: [bad])
     monkeypatch.syspath_prepend(wheel(alone))
     for _ in range(2):
-        with pytest.raises(NoBackend, match="no good"):
+        with pytest.raises(NoBackendError, match="no good"):
             prepare()
     assert tried == [bad, bad]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -43,3 +44,19 @@ def test_public_functions_say_what_they_take_and_what_they_refuse(name: str) -> 
     assert words.splitlines()[0].endswith((".", ":", ",")) or "\n" in words
     unsaid = [each for each in inspect.signature(function).parameters if each not in words and each != "scene"]
     assert not unsaid, f"{name} does not say what {', '.join(unsaid)} is"
+
+
+def test_an_earlier_name_goes_on_with_a_warning() -> None:
+    with pytest.warns(DeprecationWarning, match="NoBackendError"):
+        assert sr.NoBackend is sr.NoBackendError
+
+
+def test_errors_and_what_functions_return_have_public_names() -> None:
+    """Of the package's own classes whatever a public function returns by its annotation, or says that it raises."""
+    files = Path(sr.__file__).parent.rglob("*.py")
+    own = {each for file in files for each in re.findall(r"^class ([A-Z]\w+)", file.read_text("utf-8"), re.MULTILINE)}
+    told = [str(inspect.signature(getattr(sr, name)).return_annotation) for name in FUNCTIONS]
+    told += re.findall(r"\w+Error", " ".join(inspect.getdoc(getattr(sr, name)) or "" for name in FUNCTIONS))
+    named = own.intersection(re.findall(r"\w+", " ".join(told)))
+    assert named <= set(dir(sr))
+    assert {"RunResult", "FinishedTurn", "Finding", "WaveField", "SchemaError", "NoBackendError"} <= named

@@ -12,7 +12,7 @@ import warnings
 from cyclopts import CycloptsError, UnknownCommandError, UnusedCliTokensError
 
 from ..compute.machine import A_TABLE
-from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
+from ..errors import InputError, NoBackendError, ResourceError, SchemaError, one_line, shortage
 from ..io.process import filter_asyncio_log
 from ..io.text import shown
 from . import beginning, retrieving, simulating, studying  # noqa: F401  their commands join the application
@@ -78,7 +78,7 @@ def _answer_to(error: Exception, stops: Stops) -> int:
         raise error
     except InputError as error:
         return _refuse(error.problems, BAD_INPUT)
-    except NoBackend as error:
+    except NoBackendError as error:
         return _refuse(str(error), NO_BACKEND)
     except UnknownCommandError as error:
         return _refuse(_commands_in_words(error.unused_tokens or [""]), BAD_INPUT)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from ..io.text import parse_number
+from ..io.text import number_list, parse_number
 from .shell import Names, Number, Settings, about, command, console, overrides_of, section_of
 
 if TYPE_CHECKING:
@@ -90,15 +90,13 @@ def _leads(text: str) -> NDArray[np.float64]:
     """Seconds from START:STOP:STEP, both ends included."""
     import numpy as np
 
-    try:
-        start, stop, step = (parse_number(part) for part in text.split(":"))
-    except ValueError:
-        raise InputError(f"--lead {text}: must be START:STOP:STEP in seconds, as in --lead 0:30:1") from None
-    if not (0.0 <= start <= stop <= _LONGEST_S and step > 0.0):
-        raise InputError(f"--lead {text}: must run from 0 s or later up to {_LONGEST_S:g} s by a step above 0")
-    if (stop - start) / step > _MOST_LEADS:
-        raise InputError(f"--lead {text}: asks for more than {_MOST_LEADS:,} leads; take a longer step")
-    return start + step * np.arange(int((stop - start) / step + 1e-9) + 1, dtype=np.float64)
+    about, form = f"--lead {text}", "as in --lead 0:30:1"
+    if ":" not in text:
+        raise InputError(f"{about}: must be START:STOP:STEP in seconds, {form}")
+    leads = np.array([float(each) for each in number_list(text, about, form, _MOST_LEADS)])
+    if not (leads[0] >= 0.0 and leads[-1] <= _LONGEST_S):
+        raise InputError(f"{about}: must run from 0 s or later up to {_LONGEST_S:g} s, {form}")
+    return leads
 
 
 def _place(text: str) -> tuple[float, float]:
@@ -170,7 +168,7 @@ def retrieve(
     at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
     even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
     overwrite: Annotated[bool, about("Replace an earlier maps.nc.")] = False,
-    set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, as often as wanted.")] = None,
+    set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, in place of what the echoes carry.")] = None,
 ) -> int:
     """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
 
@@ -196,7 +194,7 @@ def retrieve(
     """
     from ..settings import RetrievalSettings
 
-    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
+    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_).model_dump(exclude_unset=True)
     if not echoes.exists():
         wanted = {"": "an echoes.zarr or of a recording", ".zarr": "an echoes.zarr"}.get(echoes.suffix, "a recording")
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of {wanted}")

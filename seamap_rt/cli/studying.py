@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 from ..compute.machine import A_MODEL
 from ..errors import InputError
-from ..io.text import parse_number
+from ..io.text import number_list
+from ..lazy import judge
 from .shell import (
     Count,
     KeysOfHorizon,
@@ -35,7 +36,7 @@ Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multi
 def shadowing(
     scene: SceneName,
     *,
-    heights: Annotated[str | None, about("H,H,… of the antennas in metres; default the scene's own.")] = None,
+    heights: Annotated[str | None, about("H,H,… or START:STOP:STEP in metres; default the scene's.")] = None,
     seeds: Annotated[Count, about("Seas to draw; their spread gives the confidence bands.")] = 4,
     bin_m: Annotated[Bin, about("Metres of a range bin.")] = 10.0,
     out: Annotated[
@@ -58,11 +59,8 @@ def shadowing(
 
 
 def _metres(text: str) -> list[float]:
-    """The numbers of a comma-separated list."""
-    try:
-        return [parse_number(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
+    form = "write H,H,… or START:STOP:STEP in metres, as in 3,5,10"
+    return [float(each) for each in number_list(text, f"--heights {text}", form)]
 
 
 @command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1", need=A_MODEL)
@@ -171,7 +169,7 @@ def validate(
 ) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails."""
     try:
-        from validation.report import validate as run_cases
+        run_cases = judge("report").validate
     except ImportError as error:
         raise InputError(
             f"validate: Python finds another package `validation` before this program's, or none ({error}); run from "

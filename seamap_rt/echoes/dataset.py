@@ -15,7 +15,7 @@ from ..radar.platform import Sensors
 from ..radar.receiver import measures_phase, transmit_phase_error
 from ..radar.scan import Pulses
 from ..radar.waveform import gates
-from ..settings import SensorErrors
+from ..settings import RetrievalSettings, SensorErrors
 from .receiving import Received, gate_noise_power
 
 
@@ -63,8 +63,12 @@ def echo_dataset(
     polarization: str = "VV",
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
+    retrieval: RetrievalSettings | None = None,
 ) -> xr.Dataset:
-    """The schema's `echoes` from the pulses and voltages of whole turns; antennas where the sensors have them."""
+    """The schema's `echoes` from the pulses and voltages of whole turns; antennas where the sensors have them.
+
+    retrieval: by which `retrieve` is to go.
+    """
     received = [Received(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
     numbers = np.concatenate([turn.number for turn in turns])
     flags = np.zeros(numbers.size, dtype=np.int16)
@@ -97,5 +101,5 @@ def echo_dataset(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
             ),
         },
-        {**attributes, "polarization": polarization},
+        {**attributes, "polarization": polarization, "retrieval": (retrieval or RetrievalSettings()).carried},
     )

@@ -6,13 +6,16 @@ that run backwards) is told from what probably is, and from what this data canno
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ..dataset import check, group_of
 from ..interferometry import open_echoes, retrieve
+from ..interferometry.input.checks import settings_of
 from ..settings import RetrievalSettings
 from .findings import Finding, heights, scan, signal
 from .level import Level, offsets, sign
@@ -25,19 +28,20 @@ _ORDER = ("wrong", "doubtful", "good", "unknown")
 def inspect(
     echoes: xr.Dataset | str | Path,
     maps: xr.DataTree | None = None,
-    settings: RetrievalSettings | None = None,
+    settings: RetrievalSettings | Mapping[str, Any] | None = None,
     wind_from_deg: float | None = None,
 ) -> list[Finding]:
     """Findings on echoes and their maps, the gravest first.
 
     echoes: that keep the schema, or the path of a store. maps: as `retrieve` makes them of these echoes by the same
-    settings; made here if left out. wind_from_deg: deg clockwise from north, where it is known. Voltages are judged by
-    the first turn, all else by all turns. Raises SchemaError for echoes that cannot be retrieved.
+    settings; made here if left out. settings: as of `retrieve`. wind_from_deg: deg clockwise from north, where it is
+    known. Voltages are judged by the first turn, all else by all turns. Raises SchemaError for echoes that cannot be
+    retrieved.
     """
-    settings = settings or RetrievalSettings()
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
+    settings = settings_of(echoes, settings)
     maps = retrieve(echoes, settings) if maps is None else maps
     polar = group_of(maps, "maps/polar")
     rows = np.flatnonzero(np.asarray(echoes["turn"].values) == int(polar["turn"].values[0]))

@@ -1,7 +1,7 @@
 """Echoes → phase, height and slope, on the ground. Reads echoes and the radar's own description, nothing else.
 
 It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analytic and recorded echoes alike. Settings
-(`[retrieval]`; `retrieve(echoes)` takes the defaults, not those of a scene: give `scene.retrieval`):
+(`[retrieval]`; `retrieve(echoes)` takes those that the echoes carry, their scene's, unless it is given others):
 
     estimator    adaptive (the default): optimal interpolation (Bretherton et al. 1976) between single dwells and gates.
                  Each is weighted by its own echo, with the sea's covariance as the map itself shows it; waves
@@ -27,7 +27,7 @@ Bragg waves and breakers) and `doppler_width` (0 where it is too narrow to be me
 phases are not taken off; `visible_share` and `crest_bias`, estimated from the echo alone; and the flags.
 
 Heights of adaptive are expectations: where the echo is weak they stay near mean level, so their spread is less than
-the sea's. Take the wave height from `sea_state`, which allows for that.
+the sea's. Take the wave height from `seamap_rt.sea_state`, which allows for that.
 
 Recordings: `open_recording(file, header)` or `echoes_from_recording(lower, upper, header, time=…, azimuth=…)`.
 `seamap_rt/io/recording_header.py` lists the header's keys: conjugated phases, cable delays, encoder counts, a heading
@@ -43,16 +43,14 @@ from typing import TYPE_CHECKING
 from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
-    from ..wavefield.sea_state import sea_state
     from .input.recorded import echoes_from_recording, open_recording
     from .retrieval import open_echoes, retrieve, retrieve_one
 
-__all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one", "sea_state"]
+__all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one"]
 
 __getattr__ = lazy_attributes(
     __name__,
     {
-        "..wavefield.sea_state": "sea_state",
         "input.recorded": "echoes_from_recording open_recording",
         "retrieval": "open_echoes retrieve retrieve_one",
     },

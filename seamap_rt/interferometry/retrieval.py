@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,21 +27,24 @@ from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, plane_reach, visible_slopes
 from .geometry.heights import Heights
 from .ground_map import Ground, at_one_instant, ground_map
-from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn
+from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn, settings_of
 from .input.description import RadarDescription
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
 from .phase.speckle import ONE_CELL
 
 Map = NDArray[np.float64]
+Changes = RetrievalSettings | Mapping[str, Any] | None
 
 _LEAST_SPREAD = 0.05  # least spread of a plane's cells across their line, over that along it
 
 
-def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
+def retrieve(echoes: xr.Dataset | str | Path, settings: Changes = None) -> xr.DataTree:
     """Maps (`/polar`, `/ground`) from echoes that keep the schema, ray traced, analytic or recorded alike.
 
-    echoes: a dataset, or the path of a store. settings: of a scene's section `retrieval`; its defaults if left out.
+    echoes: a dataset, or the path of a store. settings: left out, those that the echoes carry, which are their
+    scene's (the defaults, of recordings); a dict of keys replaces these, RetrievalSettings replace all. The polar maps'
+    attribute `retrieval` says which were taken.
 
     Slopes are those of planes fitted to the heights; the polar maps' `slope_planes_m` are the lengths [m] of the
     shortest and of the longest along the look. Their standard errors are against the mean slope of the cell, as the
@@ -54,17 +58,13 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     return joined(turns)
 
 
-def retrieve_turns(
-    echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None, after: int = -1
-) -> Iterator[xr.DataTree]:
+def retrieve_turns(echoes: xr.Dataset | str | Path, settings: Changes = None, after: int = -1) -> Iterator[xr.DataTree]:
     """Maps of one complete turn after the other, of those whose number is greater than `after`; as `retrieve`."""
-    settings = RetrievalSettings() if settings is None else settings
-    must_be("settings", settings, RetrievalSettings, "RetrievalSettings, as scene.retrieval")
     must_be("echoes", echoes, (xr.Dataset, str, os.PathLike), "a Dataset, as simulate gives, or the path of a store")
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
-    echoes = checked_echoes(echoes)
+    settings, echoes = settings_of(echoes, settings), checked_echoes(echoes)
     numbers = echoes["turn"].values
     for turn in np.unique(numbers[(numbers > max(after, -1)) & (numbers < float(echoes.attrs["complete_turns"]))]):
         members = np.flatnonzero(numbers == turn)
@@ -83,9 +83,9 @@ def joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
     )
 
 
-def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) -> xr.DataTree:
+def retrieve_one(echoes: xr.Dataset, settings: Changes = None) -> xr.DataTree:
     """Maps of the single turn that these echoes hold."""
-    return _one(checked_echoes(echoes), settings or RetrievalSettings())
+    return _one(checked_echoes(echoes), settings_of(echoes, settings))
 
 
 @one_blas_thread()
@@ -93,7 +93,7 @@ def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
     cells, points = retrieve_turn(echoes, radar, settings, turn)
-    cells.attrs |= _water_attributes(settings)
+    cells.attrs |= {**_water_attributes(settings), "retrieval": settings.carried}
     unambiguous = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
     ground = ground_map(cells, points, radar, settings, turn, unambiguous)
     if settings.map_time_s is not None:

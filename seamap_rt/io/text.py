@@ -11,6 +11,8 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
+from decimal import Decimal, InvalidOperation
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
@@ -43,6 +45,34 @@ def finite_number(path: object, line: int, name: str, cell: str) -> float:
     if not math.isfinite(value):
         raise refused(path, line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
     return value
+
+
+def number_list(text: str, about: str, form: str, most: int = 10_000) -> list[Decimal]:
+    """Finite numbers of A,B,… or START:STOP:STEP, STOP too where a step meets it, at most so many of these.
+
+    The steps are taken in decimals, so that 0.1:0.4:0.1 holds 0.3 and 0.4. Raises InputError for anything else; about:
+    the option and its value; form: what to write.
+    """
+    stepped = ":" in text
+    try:
+        numbers = [
+            Decimal(part.strip()) for part in text.split(":" if stepped else ",") if parse_number(part) is not None
+        ]
+    except (InvalidOperation, ValueError):
+        raise InputError(f"{about}: must be {'three ' if stepped else ''}numbers; {form}") from None
+    if not all(math.isfinite(number) for number in numbers):
+        raise InputError(f"{about}: must be finite; {form}")
+    if not stepped:
+        return numbers
+    if len(numbers) != 3:
+        raise InputError(f"{about}: must be three numbers; {form}")
+    start, stop, step = numbers
+    if step <= 0 or stop < start:
+        raise InputError(f"{about}: STEP must be greater than 0 and STOP at least START; {form}")
+    count = (stop - start) / step
+    if count >= most:
+        raise InputError(f"{about}: {float(count):.3g} values, and at most {most} are taken; widen STEP")
+    return [start + number * step for number in range(int(count) + 1)]
 
 
 def refuse_underscores(text: str, called: str) -> None:
@@ -226,3 +256,22 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list):
         return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+class InRows:
+    """Shown as a short table of its `rows`: in lines, and in a notebook as HTML."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Names, and values in words with their units."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        rows = self.rows()
+        wide = max(10, *(len(name) for name, _ in rows))
+        return "\n".join(f"{name:<{wide}} {words}" for name, words in rows)
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        cells = (f"<tr><th>{escape(name)}</th><td>{escape(words)}</td></tr>" for name, words in self.rows())
+        return f"<table>{''.join(cells)}</table>"

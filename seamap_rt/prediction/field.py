@@ -10,6 +10,7 @@ import finufft
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..io.text import InRows
 from .ensemble import Member
 from .knowledge import Knowledge, ModelError, height_of
 from .quantity import AT_REST, Course, Quantity, power, quantities
@@ -29,8 +30,8 @@ Points = tuple[Field, Field, Field]  # x, y [m], time [s]
 Envelope = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class WaveField:
+@dataclass(frozen=True, repr=False)
+class WaveField(InRows):
     """Free waves that fit what was seen, and how well.
 
     issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far
@@ -50,6 +51,16 @@ class WaveField:
     reach: float
     members: tuple[Member, ...]
     model_error: ModelError = field(default_factory=ModelError)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """What it rests on, and the sea that it shows."""
+        east, north = self.centre
+        return [
+            ("seen", f"{self.turns} turns, {self.begun:.4g}–{self.issued:.4g} s, up to {self.reach:.4g} m away"),
+            ("antennas", f"{east:.4g} m east and {north:.4g} m north at {self.issued:.4g} s"),
+            ("sea", f"significant wave height {4.0 * self.sea_std:.3g} m, sharpness {self.sharpness:.2g}"),
+            ("waves", f"{sum(each.size for each in self.amplitudes)} free ones, {len(self.members)} samples of them"),
+        ]
 
     @property
     def sea_std(self) -> float:

@@ -14,7 +14,7 @@ from ..conventions import db, written
 from ..errors import InputError
 from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
-from ..io.text import csv_text, parse_number
+from ..io.text import csv_text, number_list
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import Budget, LinkBudget, nrcs_words
@@ -275,12 +275,7 @@ def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:
         steps = (m * 10.0**power for power in range(-1, 5) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
         return np.array([near, *(step for step in steps if near < step < far), far])
     about, form = f"--ranges = '{text}'", "write R,R,… in metres, as in 50,100,200"
-    try:
-        ranges = np.array([parse_number(part) for part in text.split(",")])
-    except ValueError:
-        raise InputError(f"{about}: is not ranges; {form}") from None
-    if not np.all(np.isfinite(ranges)):
-        raise InputError(f"{about}: ranges must be finite; {form}")
+    ranges = np.array([float(each) for each in number_list(text, about, form)])
     height = scene.radar.height_m
     wrong = ranges[(ranges <= height) | (ranges > FURTHEST_M)]
     if wrong.size:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, LargerThanMachine
-from ..io.text import parse_number
+from ..io.text import number_list
 from ..scene import Scene
 from ..sea import resolution
 
@@ -25,25 +25,10 @@ _MOST_TIMES = 100_000
 def times_of(text: str) -> NDArray[np.float64]:
     """Rising times [s] of START:STOP:STEP (STOP too, where a step meets it) or T,T,…; InputError for anything else."""
     about, form = f"--times = '{text}'", "write START:STOP:STEP or T,T,… in seconds, as in 0:5:0.5"
-    try:
-        numbers = [parse_number(part) for part in text.replace(":", ",").split(",")]
-    except ValueError:
-        raise InputError(f"{about}: is not times; {form}") from None
-    if not all(math.isfinite(number) for number in numbers):
-        raise InputError(f"{about}: times must be finite; {form}")
-    if ":" not in text:
-        if any(later <= earlier for earlier, later in pairwise(numbers)):
-            raise InputError(f"{about}: each time must be later than the one before it; {form}")
-        return np.array(numbers, dtype=np.float64)
-    if len(numbers) != 3 or "," in text:
-        raise InputError(f"{about}: must be three numbers; {form}")
-    start, stop, step = numbers
-    if step <= 0.0 or stop < start:
-        raise InputError(f"{about}: STEP must be greater than 0 and STOP at least START; {form}")
-    count = (stop - start) / step + 1e-9
-    if count >= _MOST_TIMES:
-        raise InputError(f"{about}: {count:.3g} times, and at most {_MOST_TIMES} are taken; widen STEP")
-    return start + step * np.arange(int(count) + 1, dtype=np.float64)
+    numbers = [float(each) for each in number_list(text, about, form, _MOST_TIMES)]
+    if any(later <= earlier for earlier, later in pairwise(numbers)):
+        raise InputError(f"{about}: each time must be later than the one before it; {form}")
+    return np.array(numbers)
 
 
 def square(scene: Scene, side: float | None = None, spacing: float | None = None) -> NDArray[np.float64]:

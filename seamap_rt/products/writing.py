@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.image import imsave
 
 from ..dataset import build
-from ..errors import InputError, NoBackend, telling_what_is_left
+from ..errors import InputError, NoBackendError, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
@@ -123,7 +123,7 @@ def write_sea(
     times: START:STOP:STEP or T,T,… [s], see `times_of`. side, spacing: of the square of points around the antenna [m];
     default the radar's range circle, and the finest that is resolved, at most 512 points a side.
     Times stream into the file, so memory holds one. Interrupted, complete times stay readable.
-    Raises InputError for bad input, NoBackend if the scene asks for rays and none can be traced.
+    Raises InputError for bad input, NoBackendError if the scene asks for rays and none can be traced.
     """
     say, folder = progress or (lambda _: None), Path(out)
     seconds = times_of(times)
@@ -210,7 +210,7 @@ def _draw_from_mast(scene: Scene, sea: Sea, path: Path, t: float) -> tuple[str, 
     ripples = ShortWaves.of(scene.scattering, sea.resolved.wavenumber_limit).mean_square_slope
     try:
         picture = render_from_mast(lambda x, y: sea.elevation(x, y, t), view, unresolved_mss=min(ripples, 0.2))
-    except (NoBackend, ValueError) as reason:
+    except (NoBackendError, ValueError) as reason:
         return (f"from_mast.png is left out: {reason}",)
     imsave(path, picture)
     return ()

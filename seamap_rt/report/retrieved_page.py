@@ -65,10 +65,14 @@ _PANEL, _LEFT, _GAP = 3.1, 0.55, 0.35  # inches
 _BINS = 40
 
 
-@style.styled
 def map_of_turn(maps: xr.DataTree, turn: int = -1) -> Figure:
     """Height and standard error of one turn's ground map; grey where there is no height."""
-    ground = maps["ground"].to_dataset().isel(turn=turn).sortby(["y", "x"])
+    return draw_heights(maps["ground"].to_dataset().isel(turn=turn).sortby(["y", "x"]))
+
+
+@style.styled
+def draw_heights(ground: xr.Dataset) -> Figure:
+    """height and height_std [m] over y and x [m], both ascending; grey where there is no height."""
     height, error = (np.asarray(ground[name].values, dtype=np.float64) for name in ("height", "height_std"))
     figure = style.new_figure(_PANEL + 1.15)
     limit = max(0.05, float(np.nanquantile(np.abs(height), 0.99)) if np.isfinite(height).any() else 0.05)

@@ -5,7 +5,7 @@ them. The checks across sections stand in `scene.checks`: they need `radar`, `sc
 lie above them: two subpackages on purpose. `python -m seamap_rt.scene.keys` writes the manual of all keys.
 """
 
-from .loading import SceneLike, anchored, as_scene, load_scene, scene_of
+from .loading import SceneLike, anchored, as_scene, load_scene, scene_of, with_keys
 from .model import Scene
 
-__all__ = ["Scene", "SceneLike", "anchored", "as_scene", "load_scene", "scene_of"]
+__all__ = ["Scene", "SceneLike", "anchored", "as_scene", "load_scene", "scene_of", "with_keys"]

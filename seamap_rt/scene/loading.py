@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,16 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
     """
     if overrides is not None:
         must_be("overrides", overrides, Mapping, 'a dict of keys, such as {"radar.height_m": 10.0}')
-    path, overrides = scenefile.find_scene(path_or_name), overrides or {}
-    tree = anchored(scenefile.read_toml(path), path.parent)
+    path = scenefile.find_scene(path_or_name)
+    return _overridden(anchored(scenefile.read_toml(path), path.parent), overrides or {})
+
+
+def with_keys(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
+    """The scene with keys overridden, as `load_scene` overrides those of its file; raises as it does."""
+    return _overridden(tomllib.loads(scene.to_toml()), overrides)
+
+
+def _overridden(tree: dict[str, Any], overrides: Mapping[str, Any]) -> Scene:
     for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
         # Either sets the resolution: the one that is overridden takes the other's place in the file.
         replaces = overrides.get(f"sea.{key}") is not None and f"sea.{other}" not in overrides

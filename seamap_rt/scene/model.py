@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError
 from ..io.scenefile import tree_to_toml
-from ..io.text import number_text
+from ..io.text import InRows, number_text
 from ..settings import (
     GaugeSettings,
     Meaning,
@@ -70,7 +70,7 @@ def _file_name(name: str) -> str:
     return name
 
 
-class Scene(Section):
+class Scene(InRows, Section):
     """All that a run depends on."""
 
     name: Annotated[str, AfterValidator(_file_name), Meaning(pattern=f"^{_NAME}$")]
@@ -155,9 +155,9 @@ class Scene(Section):
         """The scene file with every key resolved: it reads back to an equal scene."""
         return tree_to_toml(self.model_dump())
 
-    def __repr__(self) -> str:
+    def rows(self) -> list[tuple[str, str]]:
         """The keys that one asks for first, by section."""
-        rows = [
+        return [
             ("scene", f"{self.name}: {self.title}" if self.title else self.name),
             ("sea", _in_words(self.sea, "model", "extent_m", "resolution_m", "energy_fraction", "depth_m")),
             *(("waves", _in_words(each, "spectrum", *_OF_WAVES)) for each in self.sea.waves[:_MOST_WAVES]),
@@ -168,9 +168,6 @@ class Scene(Section):
             ("retrieval", _in_words(self.retrieval, "estimator", "cell_range_m", "cell_azimuth_deg", "window_range_m")),
             ("run", f"{_in_words(self, 'turns', 'seed')}, {_in_words(self.tracing, 'tracer')}; all keys: .to_toml()"),
         ]
-        return "\n".join(f"{name:<10} {words}" for name, words in rows)
-
-    __str__ = __repr__
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Self:

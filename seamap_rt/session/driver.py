@@ -102,8 +102,8 @@ def iterate(
     leaves the maps out. ahead: a turn is retrieved while the next one is simulated, and yielded after both; the maps
     are the same, all turns together take a sixth less time on two cores, and memory holds two. progress: called with a
     line on each stage as it begins: the turn, the stage, and the time left by what the turns before have taken.
-    Raises, before the first turn, InputError for a scene that cannot be simulated, and NoBackend if rays are requested
-    and cannot be traced.
+    Raises, before the first turn, InputError for a scene that cannot be simulated, and NoBackendError if rays are
+    requested and cannot be traced.
     """
     simulator = simulator or Simulator(as_scene(scene))
     pace = Pace("turn", simulator.scene.turns, progress or (lambda _: None))

@@ -14,10 +14,9 @@ import xarray as xr
 
 from ..errors import InputError, SchemaError
 from ..inspection import Finding, inspect
-from ..interferometry.retrieval import joined, retrieve_turns
+from ..interferometry.retrieval import Changes, joined, retrieve_turns
 from ..io.appendable import AppendableNetCDF
 from ..io.results_folder import clear_folder, growing
-from ..settings import RetrievalSettings
 
 MAPS = "maps.nc"
 _JUDGED = 2  # turns: by the second the waves have moved on
@@ -42,7 +41,7 @@ class Turn(NamedTuple):
 def retrieve_into(
     folder: Path,
     opened: Callable[[], xr.Dataset],
-    settings: RetrievalSettings,
+    settings: Changes,
     products: tuple[str, ...],
     *,
     wait_s: float = 0.0,
@@ -52,9 +51,9 @@ def retrieve_into(
 ) -> Retrieved:
     """Write maps.nc into a folder turn by turn.
 
-    opened: opens the echoes; again for as long as they grow. products: files of an earlier retrieval that are removed
-    first. wait_s: how long to wait for a further turn. told: is given each turn's maps. The first two turns are
-    inspected before anything is written: InputError for what is surely wrong, unless even_if_wrong.
+    opened: opens the echoes; again for as long as they grow. settings: as of `retrieve`. products: files of an earlier
+    retrieval that are removed first. wait_s: how long to wait for a further turn. told: is given each turn's maps. The
+    first two turns are inspected before anything is written: InputError for what is surely wrong, unless even_if_wrong.
     """
     turns = iter(turns_as_they_come(opened, settings, wait_s))
     first = list(islice(turns, _JUDGED))
@@ -79,7 +78,7 @@ def retrieve_into(
 
 def turns_as_they_come(
     opened: Callable[[], xr.Dataset],
-    settings: RetrievalSettings,
+    settings: Changes,
     wait_s: float = 0.0,
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,

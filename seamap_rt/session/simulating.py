@@ -18,6 +18,7 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import clear_folder, growing, results_folder
+from ..io.text import InRows
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
@@ -104,8 +105,8 @@ class Memory(AbstractContextManager):
 PRODUCTS = ("echoes.zarr", "truth.nc")
 
 
-@dataclass(frozen=True)
-class Simulation:
+@dataclass(frozen=True, repr=False)
+class Simulation(InRows):
     """Echoes and truth of a whole run, and what is known of how it was made.
 
     echoes: schema `echoes`. truth: groups `polar` and `ground` (schemas `truth/…`). timing: seconds by stage, turn by
@@ -117,6 +118,21 @@ class Simulation:
     timing: list[dict[str, float]]
     facts: dict[str, Any]
 
+    def rows(self) -> list[tuple[str, str]]:
+        """What it holds, and what it took."""
+        sizes, attrs = self.echoes.sizes, self.echoes.attrs
+        gates, seconds = self.echoes["range"].values, [turn["total"] for turn in self.timing]
+        polar, sea = self.truth["polar"].sizes, self.facts["sea"]
+        return [
+            ("radar", f"{1e-9 * attrs['frequency_hz']:.4g} GHz, {attrs['height_m']:.3g} m high, {attrs['transmit']}"),
+            ("echoes", f"{sizes['pulse']} pulses of {sizes['receiver']} receivers in {attrs['complete_turns']} turns"),
+            ("range", f"{gates[0]:.4g}–{gates[-1]:.4g} m in {gates.size} gates"),
+            ("truth", f"{polar['azimuth']} looks of {polar['range']} cells"),
+            ("sea", f"significant wave height {4.0 * sea['elevation_std']:.3g} m, as resolved"),
+            ("time", f"{sum(seconds):.3g} s, {min(seconds):.3g} s the fastest turn"),
+            ("left out", f"{len(self.facts['left_out'])} effects, each with its error: .facts['left_out']"),
+        ]
+
 
 def simulate(
     scene: SceneLike, out: str | Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
@@ -126,7 +142,7 @@ def simulate(
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
     datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
     that folder are replaced only with `overwrite`. progress: called with a line on each stage as it begins.
-    Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
+    Raises InputError for a scene that cannot be simulated, NoBackendError if rays are requested and cannot be traced.
     """
     scene = as_scene(scene)
     if out is not None:

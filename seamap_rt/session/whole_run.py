@@ -144,7 +144,7 @@ def run(
     Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
     progress: called with a line on what begins.
-    Raises InputError for bad input, NoBackend if rays cannot be traced, OSError where the disk is full.
+    Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
     scene, say = as_scene(scene), progress or (lambda _: None)
     start = time.perf_counter()

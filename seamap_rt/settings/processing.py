@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated, Literal, Self
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -13,8 +14,8 @@ from .section import Direction, Meaning, Section, as_tuple, compass
 class RetrievalSettings(Section):
     """How echoes become heights.
 
-    `sr.retrieve(echoes)` takes the defaults of this section, not the scene's: give
-    `scene.resolved_retrieval`, which knows the scene's depth and current, or `--set retrieval.KEY=VALUE`.
+    Echoes carry them, with the scene's depth and current: `sr.retrieve(echoes)` goes by these, `--set
+    retrieval.KEY=VALUE` or other settings replace them.
     """
 
     cell_range_m: Annotated[float, Ge(1e-3), Le(1000.0), Meaning("m", "a cell has a length")] = 3.0
@@ -89,6 +90,11 @@ class RetrievalSettings(Section):
         if (self.current_m_s is None) != (self.current_toward_deg is None):
             raise ValueError("give current_m_s and current_toward_deg together: a current has a speed and a direction")
         return self
+
+    @property
+    def carried(self) -> str:
+        """As echoes and maps carry them, in their attribute `retrieval`: JSON of what is not left at its default."""
+        return json.dumps(self.model_dump(exclude_defaults=True))
 
 
 def _size(text: str, shapes: str) -> Meaning:

@@ -5,7 +5,6 @@ Also of a grid's designs by the outlook, the model that answers at once: no simu
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,7 @@ from ..metrics import BIN_M
 from ..report.keys import words_of
 from ..scene import Scene, SceneLike, as_scene
 from .paired import FEWEST_SEEDS, WITHIN, Choice, choose, end_of, means, with_band
-from .vary import CIRCUMSTANCES, chosen_key, grid, labels, refuse_limit, scenes_of
+from .vary import CIRCUMSTANCES, Grid, chosen_key, labels, refuse_limit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,12 +178,11 @@ def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]], at_most: float
     of milliseconds a design. at_most: as for `trade`. Raises InputError where none can be made.
     """
     scene = as_scene(scene)
-    values = json.loads(json.dumps({key: list(each) for key, each in vary.items()}, default=str))
-    points = grid(scene, values, [scene.seed])
-    refuse_limit(values, at_most)
-    scenes = {point.index[:-1]: made for point, made in zip(points, scenes_of(scene, points), strict=True)}
+    grid = Grid.of(scene, vary)
+    designs = grid.designs
+    refuse_limit(grid.vary, at_most)
     middles = np.arange(0.5 * BIN_M, scene.radar.range_m[1] + BIN_M, BIN_M)
-    return outlook_columns(values, scenes, middles).assign_attrs({} if at_most is None else {"at_most": at_most})
+    return outlook_columns(grid.vary, designs, middles).assign_attrs({} if at_most is None else {"at_most": at_most})
 
 
 def outlook_columns(

@@ -26,7 +26,7 @@ from ..io.text import csv_text
 from ..mesh import polar_grid
 from ..report.reduce import main_waves
 from ..resolved_scene import installation_of
-from ..scene import Scene, SceneLike, as_scene
+from ..scene import Scene, SceneLike, as_scene, with_keys
 from ..sea import Sea
 from ..session.pace import Pace
 from ..settings import TracingSettings
@@ -60,7 +60,7 @@ def shadowing(
     `polarization` and `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
-    from .visible_tally import Light, Looks, common_meshing, lights, realise, tally, with_keys
+    from .visible_tally import Light, Looks, common_meshing, lights, realise, tally
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -106,15 +106,13 @@ def shadowing_by_cutoff(
     spacing. `cutoff_wavelength(resolution)` [m], twice the spacing, is the shortest wave. Different resolutions have
     independent draws. Raises InputError for no resolution.
     """
-    from .visible_tally import with_keys
-
     if not len(resolutions_m):
         raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")
     each: list[xr.Dataset] = []
     for spacing in resolutions_m:
         if progress:
             progress(f"waves down to {2.0 * spacing:g} m")
-        finer = with_keys(scene, {"sea.resolution_m": float(spacing), "sea.energy_fraction": None})
+        finer = with_keys(scene, {"sea.resolution_m": float(spacing)})
         each.append(shadowing(finer, heights_m, seeds, bin_m=bin_m).set_coords("resolution"))
     return joined(each).set_coords("cutoff_wavelength")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,16 +18,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..errors import InputError, must_be
+from ..errors import InputError
 from ..io.opening import open_file, read_json
 from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
-from ..io.scenefile import apply_overrides
 from ..scene import Scene
 from .choices import outlook_columns
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, load_point
 from .trade_table import Criterion, rows, trade_table
-from .vary import Point, Vary, grid, scenes_of, seeds_of
+from .vary import Grid, Point, seeds_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,41 +36,17 @@ PRODUCTS = ("trade.html", MANIFEST, "trade.csv", "trade.nc", "trade.png")
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Grid):
     """A grid of points and the folder that they are kept in. Raises InputError where no point can be run."""
 
-    scene: Scene
-    vary: Vary
-    seeds: list[int]
     folder: Path
     notes: list[str] = field(default_factory=list, compare=False)  # which files of points were not believed
-
-    @classmethod
-    def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
-        """vary: values by scene key; seeds: how many. Raises InputError for fewer than one seed."""
-        wanted = "a dict of lists, such as {'radar.height_m': [3, 5, 10]}"
-        must_be("vary", vary, Mapping, wanted)
-        for key, each in vary.items():
-            must_be(f"vary: {key}", each, Iterable, wanted)
-        plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
-        values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
-        return cls(scene, values, seeds_of(scene, seeds), folder)
 
     def with_seeds(self, seeds: int) -> Sweep:
         """The same with so many seeds; the manifest, where there is one, says so."""
         result = Sweep(self.scene, self.vary, seeds_of(self.scene, seeds), self.folder, self.notes)
         write_whole(self.folder / MANIFEST, json.dumps(result.manifest, indent=1))
         return result
-
-    @cached_property
-    def points(self) -> list[Point]:
-        """The grid's points, the seeds varying fastest."""
-        return grid(self.scene, self.vary, self.seeds)
-
-    @cached_property
-    def scenes(self) -> list[Scene | InputError]:
-        """The scene of each point, or why it has none."""
-        return scenes_of(self.scene, self.points)
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
@@ -174,16 +149,7 @@ class Sweep:
         """The results so far over the varied keys and seeds."""
         about = {"title": f"{self.scene.name}: {' × '.join(self.vary)}", "scene": self.scene.to_toml()}
         table = trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
-        return table.merge(outlook_columns(self.vary, self._one_seed, table["range"].values), join="left")
-
-    @cached_property
-    def _one_seed(self) -> dict[tuple[int, ...], Scene | InputError]:
-        """The scene of each design, by its place in the grid without the seeds."""
-        return {
-            point.index[:-1]: scene
-            for point, scene in zip(self.points, self.scenes, strict=True)
-            if point.index[-1] == 0
-        }
+        return table.merge(outlook_columns(self.vary, self.designs, table["range"].values), join="left")
 
     def write(self, table: xr.Dataset) -> None:
         """The table and its figure, as files."""

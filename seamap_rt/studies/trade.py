@@ -47,7 +47,7 @@ class TradeProducts:
 
 
 @dataclass(frozen=True)
-class TradeOptions:
+class TradeOptions(Goal):
     """How a trade is run and when it ends.
 
     workers: processes that are spawned here (default one per core; 0: none, all in this process). until, budget_s:
@@ -62,14 +62,7 @@ class TradeOptions:
     resume: bool = False
     overwrite: bool = False
     criterion: Criterion | None = None
-    until: float | None = None
-    budget_s: float | None = None
-    at_most: float | None = None
     progress: Progress | None = None
-
-    @property
-    def goal(self) -> Goal:
-        return Goal(self.until, self.budget_s, self.at_most)
 
 
 def trade(
@@ -118,7 +111,7 @@ def write_trade(
     how = TradeOptions(**options)
     table = _swept(sweep, how, scheduler=scheduler)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    ended = how.goal.told(table.sizes["seed"], least_confidence(table))
+    ended = how.told(table.sizes["seed"], least_confidence(table))
     lines = (*sweep.notes, *((ended,) if ended else ()), *headline(table))
     return TradeProducts(folder, files, table, lines)
 
@@ -169,21 +162,21 @@ def _swept(
     keep_table: bool = True,
 ) -> xr.Dataset:
     """Compute what is missing, and make the table; when interrupted make it of what is there, and say so."""
-    say, goal = options.progress or (lambda _: None), options.goal
+    say = options.progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written, and before the libraries of a cluster are loaded
-    if goal.until is not None and not chosen_key(sweep.vary):
+    if options.until is not None and not chosen_key(sweep.vary):
         raise InputError(
             "--until: no varied key is a number that a design chooses (the sea, the scattering and the boat are "
             "given), so there is nothing to be sure of; leave it out"
         )
-    refuse_limit(sweep.vary, goal.at_most)
+    refuse_limit(sweep.vary, options.at_most)
     if scheduler is not None:
         from .cluster import network_notes  # takes a second
 
         sweep.notes.extend(network_notes(scheduler))
     with _answers(client, scheduler, options.workers) as answers, sweep.prepared(options.resume, options.overwrite):
-        return _computed(sweep, answers, options.criterion or Criterion(), goal, say, keep_table)
+        return _computed(sweep, answers, options.criterion or Criterion(), options, say, keep_table)
 
 
 def _computed(

@@ -6,19 +6,18 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
-from typing import Any
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.locks import scratch_folder
-from ..errors import InputError
+from ..errors import InputError, must_be
 from ..io.scenefile import apply_overrides
-from ..io.text import parse_number
-from ..scene import Scene, load_scene
+from ..io.text import number_list
+from ..scene import Scene, with_keys
 
 MOST_POINTS = 10_000
 _FORM = "write KEY=START:STOP:STEP or KEY=A,B,C, as in radar.height_m=3:20:1"
@@ -41,7 +40,10 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
     if not equals or not key or not written:
         raise InputError(f"--vary {text}: must name a key and its values; {_FORM}")
     if re.fullmatch(r"[^:,\[\]\"']+(:[^:,\[\]\"']+)+", written):
-        return key, _steps(text, written.split(":"))
+        whole = re.fullmatch(r"[\s+\-\d:]+", written)
+        return key, [
+            int(each) if whole else float(each) for each in number_list(written, f"--vary {text}", _FORM, MOST_POINTS)
+        ]
     whole = apply_overrides({}, {"values": f"[{written}]"})["values"]
     if isinstance(whole, list):
         return key, whole
@@ -57,22 +59,6 @@ def parse_varies(texts: Sequence[str]) -> Vary:
             raise InputError(f"--vary {text}: {key} is varied twice; put all its values in one --vary")
         result[key] = values
     return result
-
-
-def _steps(text: str, pieces: list[str]) -> list[Any]:
-    try:
-        start, stop, step = numbers = [Decimal(part.strip()) for part in pieces if parse_number(part) is not None]
-    except (InvalidOperation, ValueError):
-        raise InputError(f"--vary {text}: must be three numbers; {_FORM}") from None
-    if not all(number.is_finite() for number in numbers):
-        raise InputError(f"--vary {text}: START, STOP and STEP must be finite; {_FORM}")
-    if step <= 0 or stop < start:
-        raise InputError(f"--vary {text}: STEP must be greater than 0 and STOP at least START; {_FORM}")
-    count = (stop - start) / step
-    if count >= MOST_POINTS:
-        raise InputError(f"--vary {text}: {float(count):.3g} values, and at most {MOST_POINTS} are taken; widen STEP")
-    whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in pieces)
-    return [int(value) if whole else float(value) for value in (start + k * step for k in range(int(count) + 1))]
 
 
 def chosen_key(vary: Mapping[str, Sequence[Any]]) -> str:
@@ -182,18 +168,47 @@ def labels(values: Sequence[Any]) -> NDArray:
     return np.array([write_value(value) for value in values], dtype=object)
 
 
-def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:
-    """The scene of each point, or why there is none. Raises InputError where there is none of any."""
-    result: list[Scene | InputError] = []
-    with scratch_folder() as folder:
-        file = folder / "scene.toml"
-        file.write_text(scene.to_toml(), encoding="utf-8")
-        for point in points:
+@dataclass(frozen=True)
+class Grid:
+    """Scenes over values of keys and over seeds."""
+
+    scene: Scene
+    vary: Vary
+    seeds: list[int]
+
+    @classmethod
+    def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int = 1, *more: Any) -> Self:
+        """vary: values by scene key; seeds: how many. Raises InputError for fewer than one seed."""
+        wanted = "a dict of lists, such as {'radar.height_m': [3, 5, 10]}"
+        must_be("vary", vary, Mapping, wanted)
+        for key, each in vary.items():
+            must_be(f"vary: {key}", each, Iterable, wanted)
+        plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
+        values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
+        return cls(scene, values, seeds_of(scene, seeds), *more)
+
+    @cached_property
+    def points(self) -> list[Point]:
+        """The first key varies slowest and the seed fastest. Raises InputError for keys that cannot vary."""
+        return grid(self.scene, self.vary, self.seeds)
+
+    @cached_property
+    def scenes(self) -> list[Scene | InputError]:
+        """Of each point, or why it has none. Raises InputError where no point has one."""
+        result: list[Scene | InputError] = []
+        for point in self.points:
             try:
-                result.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
+                result.append(with_keys(self.scene, {**point.keys, "seed": point.seed}))
             except InputError as refusal:
                 result.append(refusal)
-    first = result[0]
-    if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
-        raise InputError(f"no point of the sweep can be run, for the first: {first.problems[0]}", *first.problems[1:])
-    return result
+        first = result[0]
+        if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
+            told = f"no point of the sweep can be run, for the first: {first.problems[0]}"
+            raise InputError(told, *first.problems[1:])
+        return result
+
+    @property
+    def designs(self) -> dict[tuple[int, ...], Scene | InputError]:
+        """The scenes of the first seed, by their place in the grid without the seeds."""
+        every = zip(self.points, self.scenes, strict=True)
+        return {point.index[:-1]: scene for point, scene in every if point.index[-1] == 0}

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import from_db, wrap_degrees
-from ..io import scenefile
-from ..io.validation import validate
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
 from ..resolved_scene import installation_of, run_sea
 from ..scattering.permittivity import permittivity_of
-from ..scene import Scene
+from ..scene import Scene, with_keys
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
@@ -146,11 +143,6 @@ class Light:
     facets: Illumination
     two_way: list[NDArray]  # (column, facet) of each of `POLARIZATIONS`: power over that of the same water lit
     lowest_m: float  # the lowest antenna above mean sea level, mean over the turn: what it sees, all see
-
-
-def with_keys(scene: Scene, keys: Mapping[str, Any]) -> Scene:
-    """The scene with keys replaced, validated as if read from its file."""
-    return validate(Scene, scenefile.apply_overrides(scene.model_dump(), keys))
 
 
 def common_meshing(scenes: Sequence[Scene]) -> TracingSettings:

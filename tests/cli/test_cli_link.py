@@ -117,8 +117,8 @@ def test_results_are_not_overwritten_unasked(call: Any) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--ranges", "near"), ("--ranges = 'near'", "is not ranges", "50,100,200")),
-        (("--ranges", "50,,100"), ("--ranges = '50,,100'", "is not ranges")),
+        (("--ranges", "near"), ("--ranges = 'near'", "must be numbers", "50,100,200")),
+        (("--ranges", "50,,100"), ("--ranges = '50,,100'", "must be numbers")),
         (("--ranges", "50,inf"), ("--ranges = '50,inf'", "finite")),
         (("--ranges", "50,nan"), ("--ranges = '50,nan'", "finite")),
         (("--ranges", "100,5"), ("--ranges = 5", "greater than 5", "change it")),

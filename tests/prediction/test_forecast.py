@@ -393,7 +393,7 @@ def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) ->
     [
         (["--lead", "0:90:1"], "--lead 0:90:1: must run from 0 s"),
         (["--lead", "5"], "must be START:STOP:STEP"),
-        (["--lead", "0:30:0.0001"], "take a longer step"),
+        (["--lead", "0:30:0.0001"], "widen STEP"),
         (["--at", "here"], "must be EAST,NORTH"),
         (["--at", "nan,0"], "must be within 10000 m"),
         (["--at", "-20000,0"], "must be within 10000 m"),  # west is no option of the command

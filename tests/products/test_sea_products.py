@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from sea_products import DRAWINGS, PNG, scene, written
 
 from seamap_rt.cli import main
-from seamap_rt.errors import InputError, NoBackend
+from seamap_rt.errors import InputError, NoBackendError
 from seamap_rt.products import writing
 from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.writing import directional_spectrum
@@ -176,7 +176,7 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     """With the pictures, but for the one from the mast, which here finds no backend: that is a line, not an end."""
 
     def refused(*_: Any, **__: Any) -> None:
-        raise NoBackend("no LLVM was found; install one")
+        raise NoBackendError("no LLVM was found; install one")
 
     for module, name, draw in DRAWINGS:
         monkeypatch.setattr(module, name, draw)
@@ -210,7 +210,7 @@ def test_sky_from_the_mast_is_blurred_by_the_scenes_own_wind_sea(
 
     def seen(*_: Any, unresolved_mss: float, **__: Any) -> None:
         slopes.append(unresolved_mss)
-        raise NoBackend("not drawn here")
+        raise NoBackendError("not drawn here")
 
     monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", seen)
     young = scene(scattering__inverse_wave_age=3.0, scattering__wind_speed_m_s=8.0)

@@ -42,7 +42,7 @@ def sinusoid_shadows(full: bool) -> Outcome:
     for name in ("horizon", "facets"):
         try:
             each, whole = zip(*(_compared(name, length, look) for length in WAVES_M for look in LOOKS_DEG), strict=True)
-        except sr.NoBackend as error:
+        except sr.NoBackendError as error:
             checks.append(
                 Check(f"{name}: traced", f"not on this machine: {str(error).splitlines()[0]}", "traced", False)
             )

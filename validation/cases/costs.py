@@ -19,6 +19,7 @@ import seamap_rt as sr
 from seamap_rt.report import style
 from seamap_rt.session.driver import real_time_factor
 from seamap_rt.simulation import Simulator
+from validation import ROOT
 from validation.light.share import SEAS, shares
 from validation.report import Case, Check, Outcome
 from validation.report.checks import at_most, between, recorded
@@ -184,7 +185,7 @@ def _march(tracer: str, turns: int, through: str) -> Array:
         json.dumps(["march", tracer, turns, through]),
     ]
     alone = {**os.environ, "MALLOC_ARENA_MAX": "1"}
-    done = subprocess.run(command, env=alone, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{through}, {tracer}: {(done.stderr.strip().splitlines() or ['killed'])[-1]}")
     return np.array(json.loads(done.stdout.splitlines()[-1])["seen"])[:, 0]

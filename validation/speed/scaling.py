@@ -56,7 +56,7 @@ from seamap_rt.report.style import (
 from seamap_rt.scene.checks.water import BYTES_PER_TRIANGLE
 from seamap_rt.session import run, simulate
 from seamap_rt.simulation import Simulator
-from validation import FIGURES
+from validation import FIGURES, ROOT
 
 STAGES = {"sea": SKY, "mesh": GREEN, "trace": VERMILION, "echoes": BLUE, "truth": PURPLE, "turn": BLACK}
 EXTENTS_M = {200.0: 512.0, 400.0: 1024.0, 800.0: 2048.0, 1500.0: 3072.0, 3000.0: 6144.0}
@@ -180,7 +180,7 @@ def march(tracer: str, turns: int, through: str) -> Keys:
 def in_a_process(call: str, *arguments: Any) -> Keys:
     """What a function of this file returns when a new process calls it. RuntimeError with its output if it failed."""
     command = [sys.executable, "-m", "validation.speed.scaling", "--call", json.dumps([call, *arguments])]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if done.returncode:
         said = done.stderr.strip().splitlines()[-1:] or [f"ended by signal {-done.returncode}, for want of memory?"]
         raise RuntimeError(f"{call} {arguments}: {said[0]}")

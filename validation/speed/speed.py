@@ -39,6 +39,7 @@ from seamap_rt.random_streams import Stream
 from seamap_rt.session import FileSink, TurnFigures, deliver, iterate
 from seamap_rt.session.driver import real_time_factor, warm_wall
 from seamap_rt.simulation import Simulator
+from validation import ROOT
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
 BESIDE = {"sweep": (), "peers": ("--repeat", "5")}  # scripts, and what they are told
@@ -74,7 +75,7 @@ def main() -> None:
     for name in BESIDE:
         if getattr(arguments, name):
             print(f"\n{name}", flush=True)
-            subprocess.run([sys.executable, "-m", f"validation.speed.{name}", *BESIDE[name]], check=True)
+            subprocess.run([sys.executable, "-m", f"validation.speed.{name}", *BESIDE[name]], cwd=ROOT, check=True)
 
 
 def of_processor(stage: str) -> str:

@@ -26,7 +26,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from ...errors import NoBackend
+from ...errors import NoBackendError
 from ..machine import cores
 from . import link, trial
 from .trial import OLDEST_LLVM, VARIABLE, VARIANTS, Candidate, Kind, Verdict
@@ -54,7 +54,7 @@ class Backend:
 
 @cache
 def prepare() -> Backend:
-    """Settle on a backend, once per process, and point Dr.Jit at it. Raises NoBackend where there is none."""
+    """Settle on a backend, once per process, and point Dr.Jit at it. Raises NoBackendError where there is none."""
     notes: list[str] = []
     news: list[tuple[Path | None, Verdict]] = []
     for candidate in _candidates(notes):
@@ -73,7 +73,7 @@ def prepare() -> Backend:
             version = verdict.detail if kind == "llvm" else None
             return Backend(kind, library, version, source, VARIANTS[kind], tuple(notes))
         notes.append(f"{source} {library}: {verdict.detail}")
-    raise NoBackend(_explain(notes))
+    raise NoBackendError(_explain(notes))
 
 
 def _candidates(notes: list[str]) -> Iterator[Candidate]:

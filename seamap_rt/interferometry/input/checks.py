@@ -11,9 +11,10 @@ far as all turns are whole.
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,12 @@ import zarr
 
 from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
-from ...errors import InputError, SchemaError
+from ...errors import InputError, SchemaError, must_be
 from ...io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
 from ...io.opening import bytes_held, check_store, weigh
 from ...io.process import filter_asyncio_log
 from ...io.text import plain_attribute, rounded_up
+from ...io.validation import validate
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.receiver import comparing_pulses
 from ...settings import RetrievalSettings
@@ -246,6 +248,23 @@ def check_attributes(attrs: dict[Any, Any]) -> None:
         or not 0 < sector[1] - sector[0] <= 360 + 1e-9
     ):
         raise _refusal("sector_deg", attrs["sector_deg"], "be start and stop, clockwise by at most 360")
+
+
+def settings_of(echoes: xr.Dataset, changes: RetrievalSettings | Mapping[str, Any] | None = None) -> RetrievalSettings:
+    """What these echoes are retrieved by: settings as given, or what the echoes carry, the keys of `changes` replaced.
+
+    Raises SchemaError for carried ones that cannot be read, InputError for keys that cannot be.
+    """
+    if isinstance(changes, RetrievalSettings):
+        return changes
+    must_be("settings", changes, (Mapping, type(None)), "RetrievalSettings, as scene.retrieval, or a dict of its keys")
+    try:
+        carried = json.loads(_given(echoes.attrs, "retrieval"))
+        validate(RetrievalSettings, carried)
+    except (TypeError, ValueError) as error:
+        why = f"holds no settings of this version ({error}); give all settings, or remove it"
+        raise SchemaError(f"echoes: attribute 'retrieval': {why}") from None
+    return validate(RetrievalSettings, carried | dict(changes or {}))
 
 
 def _check_gates(gates: np.ndarray) -> None:
