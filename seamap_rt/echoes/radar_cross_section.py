@@ -39,7 +39,7 @@ class Returns(NamedTuple):
 
     rcs: NDArray[np.float32]  # (column, facet) m², of facets that some ray reaches, else 0
     motion: Motion | None  # of the scatterers relative to the water; None where they move with it
-    running: NDArray[np.float32] | None = None  # (column, facet) m/s outward, of a facet's scatterers beside `motion`
+    running: NDArray[np.float32] | None = None  # (column, facet or 1) m/s outward, of all scatterers, beside `motion`
 
 
 class Terms(NamedTuple):
@@ -65,9 +65,10 @@ class SeaSurface:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
             power = np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), np.float32(0.0))
-            return Returns(np.ascontiguousarray(power), self.motion_of(facets, None))
+            return Returns(np.ascontiguousarray(power), self.motion_of(facets, None), self.drift(facets))
         if self.scattering.nrcs != "two_scale":
-            return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
+            power = self._scaled(facets, self._mean_power(facets))
+            return Returns(power, self.motion_of(facets, None), self.drift(facets))
         lit = None if self.spikes is None else self.spikes.on(facets)
         rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
         scale, parts = self.scale, None
@@ -87,11 +88,11 @@ class SeaSurface:
 
         self._each_block(facets, strain, fill)
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
-        running = None
+        running = self.drift(facets)
         if lit is not None and motion is not None:
             # A spike runs at its own speed. The facet as a whole is given what its mean speed then differs by.
             beyond = lit.speed - motion.breaker_speed[:, None].astype(np.float32)
-            running = np.asarray(breaking * beyond, dtype=np.float32)
+            running = np.asarray(breaking * beyond + (0.0 if running is None else running), dtype=np.float32)
         return Returns(rcs, motion, running)
 
     @property
@@ -227,6 +228,17 @@ class SeaSurface:
     def short_waves(self) -> ShortWaves:
         """The spectrum of the waves that the mesh does not resolve."""
         return ShortWaves.of(self.scattering, self.resolved_below)
+
+    def drift(self, facets: Facets) -> NDArray[np.float32] | None:
+        """(column, 1) m/s outward, of the water's skin before the wind; None where scatterers only ride on the waves.
+
+        The resolved waves carry none of it: to the first order water runs round closed orbits, at a place (linear) or
+        with a particle (choppy). So it is the whole of friction and Stokes' drift that is added.
+        """
+        if self.scattering.doppler == "orbital" or self.scattering.wind_drift == 0.0:
+            return None
+        speed = self.scattering.wind_drift * self.scattering.wind_speed_m_s
+        return (-speed * np.cos(self.wind(facets))).astype(np.float32)
 
     def motion_of(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
         """Of the scatterers relative to the water. breaking (column, facet): share of a facet's power from breakers."""
