@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .inspection import inspect
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .io.exports import export
+    from .io.polar_images import read_polar_images
     from .metrics import compare
     from .prediction import forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
@@ -54,6 +55,7 @@ __all__ = [
     "outlook",
     "prediction",
     "quiet_windows",
+    "read_polar_images",
     "reconstruct",
     "retrieve",
     "run",
@@ -79,6 +81,7 @@ _attribute = lazy_attributes(
         "inspection": "inspect",
         "interferometry": "echoes_from_recording open_recording retrieve sea_state",
         "io.exports": "export",
+        "io.polar_images": "read_polar_images",
         "metrics": "compare",
         "prediction": "forecast highest_wave quiet_windows reconstruct",
         "scene": "Scene load_scene",

@@ -211,7 +211,7 @@ def _compressed(response: RangeResponse) -> _Compressed:
 
 def gate_spacing_m(radar: RadarSettings) -> float:
     """Spacing of the gates [m]: range_sampling_m, or the nearest to it that a digital receiver's decimation gives."""
-    if radar.receiver.chain == "baseband":
+    if radar.receiver.chain != "digital":
         return radar.range_sampling_m
     sample = SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz)
     return sample * max(1, round(radar.range_sampling_m / sample))

@@ -89,7 +89,7 @@ def _no_geometry(case: Case) -> Iterator[Row]:
         unseen = f"{100.0 - width / 3.6:.2g} % of the circle is neither meshed nor traced"
         says = f"radar.sector_deg is {width:g}° wide: {unseen}, beyond {BEAMS_BEYOND:g} beams beside it"
         yield row("the rest of the circle", beyond, error, PATTERN, says)
-    if radar.receiver.chain == "baseband":
+    if radar.receiver.chain != "digital":
         yield converter(case)
     if radar.transmitter == "magnetron" and radar.frequency_jitter_hz:
         lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"

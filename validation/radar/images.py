@@ -137,8 +137,8 @@ class Waves(NamedTuple):
 
 
 def box(images: Images, azimuth: float, distance: float, side: float = SIDE) -> Waves:
-    """Waves in a square of a side [m] about a place, fixed to the ground while the radar drifts. Each gate counts by its
-    departure from its mean over all turns, in its standard deviations: the fall with range is no wave."""
+    """Waves in a square of that side [m] about a place, fixed to the ground while the radar drifts. Each gate counts by
+    its departure from its mean over all turns, in its standard deviations: the fall with range is no wave."""
     level = (images.level - images.level.mean(axis=0)) / images.level.std(axis=0)
     x0, y0 = distance * np.sin(np.radians(azimuth)), distance * np.cos(np.radians(azimuth))
     axis = np.arange(-0.5 * side, 0.5 * side, CELL)

@@ -27,9 +27,9 @@ import numpy as np
 import xarray as xr
 
 import seamap_rt as sr
+from seamap_rt.io.polar_images import read_polar_images
 from validation import FIGURES
 from validation.radar.images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share, standing
-from validation.radar.polar_images import read_polar_images
 
 FIGURE = FIGURES / "marine_radar.png"
 SECTOR, RANGES = (100.0, 240.0), (180.0, 1250.0)  # up the waves, clear of the ship
