@@ -28,6 +28,7 @@ from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .speckle import Motion
 from .spike_field import SpikeField
+from .texture_field import TextureField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
@@ -60,6 +61,7 @@ class SeaSurface:
     scale: Scale | None = None
     strain_variance: float = 0.0
     spikes: SpikeField | None = None  # None: breakers are a share of each facet
+    texture: TextureField | None = None  # None: they gather on the resolved waves alone
 
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
@@ -70,6 +72,10 @@ class SeaSurface:
             power = self._scaled(facets, self._mean_power(facets))
             return Returns(power, self.motion_of(facets, None), self.drift(facets))
         lit = None if self.spikes is None else self.spikes.on(facets)
+        bright = None if lit is None else lit.factor
+        if self.texture is not None:
+            patches = self.texture.on(facets, self.grazing(facets))
+            bright = patches if bright is None else patches * bright
         rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
         scale, parts = self.scale, None
         if scale is not None:
@@ -77,7 +83,7 @@ class SeaSurface:
             parts = tuple(each.astype(np.float32) for each in given)
 
         def fill(reached: Reached, terms: Terms) -> None:
-            broken = terms.breaking if lit is None else terms.breaking * reached.of(lit.factor)
+            broken = terms.breaking if bright is None else terms.breaking * reached.of(bright)
             total = terms.bragg + terms.specular + broken
             reached.put(breaking, broken / np.maximum(total, _DARK))
             if scale is not None and parts is not None:

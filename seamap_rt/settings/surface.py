@@ -31,6 +31,9 @@ class ScatteringSettings(Section):
     sea_spikes: bool = False
     """Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each facet,
     with the same mean."""
+    texture: bool = False
+    """Breakers gather in patches that live for seconds and run before the wind, as wide as the law of Watts & Wicks
+    (1990) has it; `false`: only where the resolved waves gather them. The mean is the same."""
     hydrodynamic_modulation: bool = True
     """Short waves are gathered by the strain of the long ones."""
     doppler: Literal["full", "orbital"] = "full"
