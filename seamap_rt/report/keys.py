@@ -241,7 +241,11 @@ _SINUSOIDAL = " ".join(
 _RULES = (  # section, its keys, and what must hold for a run to heed them: values of other keys
     ("sea", "file beyond start_s", {"sea.model": "recorded"}),
     ("scattering", "nrcs_db", {"scattering.nrcs": "constant"}),
-    ("scattering", "calibrated_to breaking sea_spikes hydrodynamic_modulation", {"scattering.nrcs": "two_scale"}),
+    (
+        "scattering",
+        "calibrated_to breaking sea_spikes texture hydrodynamic_modulation",
+        {"scattering.nrcs": "two_scale"},
+    ),
     ("radar", "chirp_bandwidth_hz compression_window", {"radar.waveform": "chirp"}),
     ("radar", "rotation_rpm", {"radar.scan": "turning"}),
     ("radar", "stare_s", {"radar.scan": "staring"}),

@@ -44,6 +44,7 @@ from .modelled import (
     account_lines,
     converter,
     costed,
+    patches,
     row,
 )
 
@@ -192,6 +193,10 @@ def _no_scattering(case: Case) -> Iterator[Row]:
         says = "what is seen has the mean; scattering.nrcs = 'two_scale' has them, and alone uses their keys"
         yield row("tilt, strain and breakers", spread, own_echo, source, says)
         return
+    if scattering.breaking and not scattering.texture:
+        yield patches(
+            case, "breakers gather on the resolved waves alone; scattering.texture = true has patches of them"
+        )
     if scattering.breaking and not scattering.sea_spikes:
         says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
         says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"
