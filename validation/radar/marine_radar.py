@@ -228,27 +228,30 @@ HEADER = (
 def figure(real: Measured, made: Measured, out: Path) -> None:
     """Both seas side by side, and what was measured of them."""
     plt.rcParams.update({"font.size": 9})
-    drawn, axes = plt.subplots(2, 3, figsize=(12.5, 7.4), layout="constrained")
-    for place, (name, found) in zip(axes[:, 0], (("real", real), ("simulated", made)), strict=True):
-        _picture(place, found.images, f"{name}: one turn, level within each gate")
+    drawn, axes = plt.subplot_mosaic(
+        [["real", "real", "simulated", "simulated"], ["fall", "noise", "shell", "levels"]],
+        figsize=(12.5, 6.6), height_ratios=(1.25, 1.0), layout="constrained",
+    )  # fmt: skip
+    for name, found in (("real", real), ("simulated", made)):
+        _picture(axes[name], found.images, f"{name}: one turn, level within each gate")
     for name, found, style in (("real", real, "-"), ("simulated", made, "--")):
         distance = [ring.distance for ring in found.rings]
         spread = float(np.mean([ring.spread for ring in found.rings]))
-        axes[0, 1].plot(distance, [ring.mean / spread for ring in found.rings], style, label=name)
-        axes[1, 1].plot(distance, [ring.near_noise for ring in found.rings], style, label=name)
+        axes["fall"].plot(distance, [ring.mean / spread for ring in found.rings], style, label=name)
+        axes["noise"].plot(distance, [ring.near_noise for ring in found.rings], style, label=name)
         faster = np.arange(0.3, 1.81, 0.05)
-        axes[0, 2].plot(faster, [share(found.boxes, found.current, each) for each in faster], style, label=name)
+        axes["shell"].plot(faster, [share(found.boxes, found.current, each) for each in faster], style, label=name)
         level = found.images.level[:, (found.images.ranges > EDGES[2]) & (found.images.ranges < EDGES[3])]
         level = (level - level.mean()) / level.std()
-        axes[1, 2].hist(
+        axes["levels"].hist(
             level.ravel(), np.arange(-4.0, 4.1, 0.2).tolist(), density=True, histtype="step", label=name, ls=style
         )
-    axes[0, 2].axhline(1.0 / len(np.unique(real.images.turn)), color="0.6", lw=0.8, label="chance")
+    axes["shell"].axhline(1.0 / len(np.unique(real.images.turn)), color="0.6", lw=0.8, label="chance")
     for place, x, y, title in (
-        (axes[0, 1], "range (m)", "mean level over noise / spread", "fall with range"),
-        (axes[1, 1], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
-        (axes[0, 2], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
-        (axes[1, 2], "level, standard deviations", "density", "levels at 550–750 m"),
+        (axes["fall"], "range (m)", "mean level over noise / spread", "fall with range"),
+        (axes["noise"], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
+        (axes["shell"], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
+        (axes["levels"], "level, standard deviations", "density", "levels at 550–750 m"),
     ):
         place.set(xlabel=x, ylabel=y, title=title)
         place.set_ylim(bottom=0.0)
