@@ -29,7 +29,7 @@ KINDS = {
         "prediction.nc",
         "report.html",
         "evolution.gif",
-        "images",
+        "polar_images",
     ],
     "a trade's": ["trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png"],
     "a shadowing study's": ["shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html"],

@@ -68,11 +68,11 @@ def gauge_sink(file: AppendableNetCDF, simulator: Simulator) -> FileSink:
     return FileSink(file, read, stage="truth")
 
 
-IMAGES = "images"
+IMAGES = "polar_images"
 
 
 class ImageSink(AbstractContextManager):
-    """Writes what a marine radar shows of each turn, `images/turn-0001.pol` and on."""
+    """Writes what a marine radar shows of each turn, `polar_images/turn-0001.pol` and on."""
 
     stage = "write"
 
@@ -161,7 +161,7 @@ def simulate(
 
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
     datasets of the result are then read from there, and `radar.receiver.chain = "video"` leaves the picture of each
-    turn in `images`, for `read_polar_images`. Without it everything stays in memory. Earlier echoes or truth in
+    turn in `polar_images`, for `read_polar_images`. Without it everything stays in memory. Earlier echoes or truth in
     that folder are replaced only with `overwrite`. progress: called with a line on each stage as it begins.
     Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
     """

@@ -109,7 +109,7 @@ class ReceiverSettings(Section):
     chain: Literal["baseband", "digital", "video"] = "baseband"
     """`baseband`: ideal complex gates; `digital`: the intermediate frequency undersampled, quantised and saturating,
     mixed down, filtered and decimated; `video`: baseband up to the detector of an ordinary marine radar, whose picture
-    of each turn is written beside the echoes, `images/*.pol`."""
+    of each turn is written beside the echoes, `polar_images/*.pol`."""
     knee_db: Annotated[float, Ge(-60.0), Le(120.0), Meaning("dB", "over the noise, of a lin-log detector")] = 0.0
     """Knee of the video's detector: below it is linear in voltage, above it a logarithm. Assumed: at the noise."""
     video_bandwidth_hz: Annotated[

@@ -108,7 +108,7 @@ def test_a_picture_reads_as_it_was_written(tmp_path: Path) -> None:
     """Turns at their times, radials at their bearings, all counts: of two turns with the wind across north."""
     scene = sr.load_scene("choppy_sea", SHOWN | {"turns": 2, "radar.sector_deg": [340.0, 380.0]})
     sr.simulate(scene, out=tmp_path)
-    files = sorted((tmp_path / "images").iterdir())
+    files = sorted((tmp_path / "polar_images").iterdir())
     assert [file.name for file in files] == ["turn-0001.pol", "turn-0002.pol"]
     read = sr.read_polar_images(files)
     said = {"ship_speed_m_s": 0.0, "wind_speed_m_s": 8.0, "wind_from_deg": 270.0}
