@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .inspection import Finding, inspect
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .io.exports import export
+    from .io.polar_images import read_polar_images
     from .metrics import compare
     from .prediction import WaveField, forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
@@ -62,6 +63,7 @@ __all__ = [
     "outlook",
     "prediction",
     "quiet_windows",
+    "read_polar_images",
     "reconstruct",
     "retrieve",
     "run",
@@ -87,6 +89,7 @@ _attribute = lazy_attributes(
         "inspection": "Finding inspect",
         "interferometry": "echoes_from_recording open_recording retrieve",
         "io.exports": "export",
+        "io.polar_images": "read_polar_images",
         "metrics": "compare",
         "prediction": "WaveField forecast highest_wave quiet_windows reconstruct",
         "scene": "Scene load_scene",

@@ -22,6 +22,7 @@ class Stream(IntEnum):
     OBJECTS = 8  # where the scattering points of an object lie, by object
     TRANSMITTER = 9  # of a magnetron's pulses: starting phase, carrier, and the error of the measured phase
     SPIKES = 11  # of breakers, by class of their waves
+    TEXTURE = 12  # of patches of breakers, by their size
 
 
 def branch(seed: int, stream: Stream, *member: int) -> np.random.SeedSequence:

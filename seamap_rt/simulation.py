@@ -20,6 +20,7 @@ from .echoes.radar_cross_section import Returns, SeaSurface, TurnAccumulator
 from .echoes.response import truncation_share
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
+from .echoes.texture_field import TextureField
 from .echoes.turn import turn_echoes
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
@@ -29,6 +30,7 @@ from .radar.platform import BoatMotion
 from .radar.scan import Pulses, pulses
 from .resolved_scene import check_record, installation_of, run_sea, sea_key
 from .scattering.sea_spikes import sea_spikes
+from .scattering.texture import Texture
 from .scene import Scene, SceneLike, as_scene
 from .scene.agreement import run_bytes
 from .sea import Sea
@@ -103,7 +105,11 @@ class Simulator:
         self.ray_scenes: RayScenes = {} if ray_scenes is None else ray_scenes
         self._trace = tracer(scene.tracing.tracer, radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes)
         self._scattering = SeaSurface(
-            scene.scattering, radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
+            scene.scattering,
+            radar,
+            self.sea.resolved.wavenumber_limit,
+            spikes=spikes_of(scene, self.sea),
+            texture=texture_of(scene, self.sea),
         )
         self._surface = None if self._scattering.needs_calibration else self._scattering
         self.unresolved = UnresolvedWaves.of(scene, self.sea.resolved.wavenumber_limit)
@@ -259,14 +265,23 @@ def spikes_of(scene: Scene, sea: Sea) -> SpikeField | None:
     return None if found is None else SpikeField(found, scene.seed, settings.wind_from_deg, sea.current)
 
 
+def texture_of(scene: Scene, sea: Sea) -> TextureField | None:
+    """The run's patches of breakers, where its scene has them."""
+    settings = scene.scattering
+    if not (settings.texture and settings.breaking and settings.nrcs == "two_scale"):
+        return None
+    return TextureField(Texture.of(settings.wind_speed_m_s), scene.seed, settings.wind_from_deg, sea.current)
+
+
 def expected(scene: SceneLike, turn: int = 0, spikes: bool = False) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
     of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on. It is the sea's echo:
     objects shadow it, but what they echo themselves is not in it. It is the mean over breakers too, unless spikes
-    asks for the run's own, where `scattering.sea_spikes` has them."""
+    asks for the run's own, where `scattering.sea_spikes` or `texture` has them."""
     scene = as_scene(scene)
     if not spikes:
-        scene = scene.model_copy(update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})})
+        mean = {"sea_spikes": False, "texture": False}
+        scene = scene.model_copy(update={"scattering": scene.scattering.model_copy(update=mean)})
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
     gates = expected_look_gates(facets, returns.rcs, simulator.installation, scene.retrieval.cell_azimuth_deg)

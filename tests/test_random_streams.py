@@ -20,6 +20,7 @@ from seamap_rt.random_streams import Stream, branch, key
         (Stream.OBJECTS, 8),
         (Stream.TRANSMITTER, 9),
         (Stream.SPIKES, 11),
+        (Stream.TEXTURE, 12),
     ],
 )
 def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
@@ -30,7 +31,7 @@ def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
 
 
 def test_all_streams_are_listed() -> None:
-    assert len(Stream) == 7
+    assert len(Stream) == 8
 
 
 def test_branches_differ() -> None:

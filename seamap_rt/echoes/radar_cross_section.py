@@ -28,6 +28,7 @@ from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .speckle import Motion
 from .spike_field import SpikeField
+from .texture_field import TextureField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
@@ -39,7 +40,7 @@ class Returns(NamedTuple):
 
     rcs: NDArray[np.float32]  # (column, facet) m², of facets that some ray reaches, else 0
     motion: Motion | None  # of the scatterers relative to the water; None where they move with it
-    running: NDArray[np.float32] | None = None  # (column, facet) m/s outward, of a facet's scatterers beside `motion`
+    running: NDArray[np.float32] | None = None  # (column, facet or 1) m/s outward, of all scatterers, beside `motion`
 
 
 class Terms(NamedTuple):
@@ -60,15 +61,21 @@ class SeaSurface:
     scale: Scale | None = None
     strain_variance: float = 0.0
     spikes: SpikeField | None = None  # None: breakers are a share of each facet
+    texture: TextureField | None = None  # None: they gather on the resolved waves alone
 
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
             power = np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), np.float32(0.0))
-            return Returns(np.ascontiguousarray(power), self.motion_of(facets, None))
+            return Returns(np.ascontiguousarray(power), self.motion_of(facets, None), self.drift(facets))
         if self.scattering.nrcs != "two_scale":
-            return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
+            power = self._scaled(facets, self._mean_power(facets))
+            return Returns(power, self.motion_of(facets, None), self.drift(facets))
         lit = None if self.spikes is None else self.spikes.on(facets)
+        bright = None if lit is None else lit.factor
+        if self.texture is not None:
+            patches = self.texture.on(facets, self.grazing(facets))
+            bright = patches if bright is None else patches * bright
         rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
         scale, parts = self.scale, None
         if scale is not None:
@@ -76,7 +83,7 @@ class SeaSurface:
             parts = tuple(each.astype(np.float32) for each in given)
 
         def fill(reached: Reached, terms: Terms) -> None:
-            broken = terms.breaking if lit is None else terms.breaking * reached.of(lit.factor)
+            broken = terms.breaking if bright is None else terms.breaking * reached.of(bright)
             total = terms.bragg + terms.specular + broken
             reached.put(breaking, broken / np.maximum(total, _DARK))
             if scale is not None and parts is not None:
@@ -87,11 +94,11 @@ class SeaSurface:
 
         self._each_block(facets, strain, fill)
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
-        running = None
+        running = self.drift(facets)
         if lit is not None and motion is not None:
             # A spike runs at its own speed. The facet as a whole is given what its mean speed then differs by.
             beyond = lit.speed - motion.breaker_speed[:, None].astype(np.float32)
-            running = np.asarray(breaking * beyond, dtype=np.float32)
+            running = np.asarray(breaking * beyond + (0.0 if running is None else running), dtype=np.float32)
         return Returns(rcs, motion, running)
 
     @property
@@ -227,6 +234,17 @@ class SeaSurface:
     def short_waves(self) -> ShortWaves:
         """The spectrum of the waves that the mesh does not resolve."""
         return ShortWaves.of(self.scattering, self.resolved_below)
+
+    def drift(self, facets: Facets) -> NDArray[np.float32] | None:
+        """(column, 1) m/s outward, of the water's skin before the wind; None where scatterers only ride on the waves.
+
+        The resolved waves carry none of it: to the first order water runs round closed orbits, at a place (linear) or
+        with a particle (choppy). So it is the whole of friction and Stokes' drift that is added.
+        """
+        if self.scattering.doppler == "orbital" or self.scattering.wind_drift == 0.0:
+            return None
+        speed = self.scattering.wind_drift * self.scattering.wind_speed_m_s
+        return (-speed * np.cos(self.wind(facets))).astype(np.float32)
 
     def motion_of(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
         """Of the scatterers relative to the water. breaking (column, facet): share of a facet's power from breakers."""

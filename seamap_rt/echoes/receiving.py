@@ -182,7 +182,7 @@ def gate_noise_power(installation: Installation, full_scale_w: float | None = No
     if not radar.noise:
         return 0.0
     channels = float(np.mean([abs(array.elements[antenna].channel) ** 2 for antenna in array.receivers[:2]]))
-    if radar.receiver.chain == "baseband":
+    if radar.receiver.chain != "digital":
         return channels * noise_power(radar)
     if full_scale_w is not None:
         level = {"full_scale_dbm": float(db(1e3 * full_scale_w)), "gain": "fixed"}

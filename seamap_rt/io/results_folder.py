@@ -18,7 +18,16 @@ from .opening import read_json
 
 # What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
 KINDS = {
-    "a run's": ["echoes.zarr", "maps.nc", "truth.nc", "gauges.nc", "prediction.nc", "report.html", "evolution.gif"],
+    "a run's": [
+        "echoes.zarr",
+        "maps.nc",
+        "truth.nc",
+        "gauges.nc",
+        "prediction.nc",
+        "report.html",
+        "evolution.gif",
+        "polar_images",
+    ],
     "a trade's": ["trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png"],
     "a shadowing study's": ["shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html"],
     "a sea's": [

@@ -16,6 +16,8 @@ from .receiver import MOST_STRAY, stray_within_pulse
 from .scan import scanned_share, turn_duration
 from .waveform import blind_range_m, unambiguous_range_m
 
+PICTURE_BITS, LEAST_PICTURE_GATES, LEAST_PICTURE_DEG = 12, 21, 5.0  # of `io.polar_images`
+
 
 def pulses_of_a_look(radar: RadarSettings, cell_azimuth_deg: float) -> float:
     """Mean number of pulses in a look cell_azimuth_deg [deg] wide."""
@@ -123,6 +125,27 @@ def check_transmitter(radar: RadarSettings) -> None:
 
 
 def check_receiver(radar: RadarSettings) -> None:
-    """The digital receiver, where there is one, can be built."""
+    """The digital receiver, where there is one, can be built; a picture is such that its file can hold it."""
     if radar.receiver.chain == "digital":
         DigitalReceiver(radar)
+    if radar.receiver.chain != "video":
+        return
+    if radar.scan == "staring":
+        raise ValueError("radar.receiver.chain = 'video': shows turns, and radar.scan = 'staring'; choose 'baseband'")
+    if radar.receiver.adc_bits > PICTURE_BITS:
+        raise ValueError(
+            f"radar.receiver.adc_bits = {radar.receiver.adc_bits}: must be at most {PICTURE_BITS} with chain = 'video' "
+            "(a picture's words hold no more); lower it"
+        )
+    (near, far), width = radar.range_m, radar.sector_deg[1] - radar.sector_deg[0]
+    if width < LEAST_PICTURE_DEG:
+        raise ValueError(
+            f"radar.sector_deg = [{radar.sector_deg[0]:g},{radar.sector_deg[1]:g}]: must be at least "
+            f"{LEAST_PICTURE_DEG:g}° wide with radar.receiver.chain = 'video' (a picture counts degrees); widen it"
+        )
+    if (far - near) / radar.range_sampling_m < LEAST_PICTURE_GATES:
+        raise ValueError(
+            f"radar.range_sampling_m = {radar.range_sampling_m:g}: must be at most "
+            f"{rounded_down((far - near) / LEAST_PICTURE_GATES)} with radar.receiver.chain = 'video' (a picture has "
+            f"{LEAST_PICTURE_GATES} gates or more); lower it or widen radar.range_m"
+        )

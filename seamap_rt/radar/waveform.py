@@ -216,7 +216,7 @@ def sample_spacing_m(rate_hz: float) -> float:
 
 def gate_spacing_m(radar: RadarSettings) -> float:
     """Spacing of the gates [m]: range_sampling_m, or the nearest to it that a digital receiver's decimation gives."""
-    if radar.receiver.chain == "baseband":
+    if radar.receiver.chain != "digital":
         return radar.range_sampling_m
     sample = sample_spacing_m(radar.receiver.adc_rate_hz)
     return sample * max(1, round(radar.range_sampling_m / sample))

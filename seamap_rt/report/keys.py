@@ -241,7 +241,11 @@ _SINUSOIDAL = " ".join(
 _RULES = (  # section, its keys, and what must hold for a run to heed them: values of other keys
     ("sea", "file beyond start_s", {"sea.model": "recorded"}),
     ("scattering", "nrcs_db", {"scattering.nrcs": "constant"}),
-    ("scattering", "calibrated_to breaking sea_spikes hydrodynamic_modulation", {"scattering.nrcs": "two_scale"}),
+    (
+        "scattering",
+        "calibrated_to breaking sea_spikes texture hydrodynamic_modulation",
+        {"scattering.nrcs": "two_scale"},
+    ),
     ("radar", "chirp_bandwidth_hz compression_window", {"radar.waveform": "chirp"}),
     ("radar", "rotation_rpm", {"radar.scan": "turning"}),
     ("radar", "stare_s", {"radar.scan": "staring"}),
@@ -257,11 +261,9 @@ _RULES = (  # section, its keys, and what must hold for a run to heed them: valu
         "design_frequency_hz guide_width_m",
         {"radar.antenna.pattern": "slotted_waveguide", "radar.antenna.feed": "end"},
     ),
-    (
-        "radar.receiver",
-        "if_hz adc_rate_hz adc_bits full_scale_dbm gain stc_exponent stc_range_m",
-        {"radar.receiver.chain": "digital"},
-    ),
+    ("radar.receiver", "if_hz adc_rate_hz gain", {"radar.receiver.chain": "digital"}),
+    ("radar.receiver", "adc_bits full_scale_dbm stc_exponent stc_range_m", {"radar.receiver.chain": "digital video"}),
+    ("radar.receiver", "knee_db video_bandwidth_hz video_pulses", {"radar.receiver.chain": "video"}),
     ("radar.receiver", "agc_headroom_db", {"radar.receiver.chain": "digital", "radar.receiver.gain": "agc"}),
     ("platform", _SINUSOIDAL, {"platform.motion": "sinusoidal"}),
     ("platform", "file", {"platform.motion": "file"}),

@@ -44,6 +44,7 @@ from .modelled import (
     account_lines,
     converter,
     costed,
+    patches,
     row,
 )
 
@@ -89,7 +90,7 @@ def _no_geometry(case: Case) -> Iterator[Row]:
         unseen = f"{100.0 - width / 3.6:.2g} % of the circle is neither meshed nor traced"
         says = f"radar.sector_deg is {width:g}° wide: {unseen}, beyond {BEAMS_BEYOND:g} beams beside it"
         yield row("the rest of the circle", beyond, error, PATTERN, says)
-    if radar.receiver.chain == "baseband":
+    if radar.receiver.chain != "digital":
         yield converter(case)
     if radar.transmitter == "magnetron" and radar.frequency_jitter_hz:
         lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"
@@ -192,6 +193,10 @@ def _no_scattering(case: Case) -> Iterator[Row]:
         says = "what is seen has the mean; scattering.nrcs = 'two_scale' has them, and alone uses their keys"
         yield row("tilt, strain and breakers", spread, own_echo, source, says)
         return
+    if scattering.breaking and not scattering.texture:
+        yield patches(
+            case, "breakers gather on the resolved waves alone; scattering.texture = true has patches of them"
+        )
     if scattering.breaking and not scattering.sea_spikes:
         says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
         says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"

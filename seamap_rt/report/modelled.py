@@ -25,6 +25,7 @@ from ..scattering.bragg import bragg_speed, radar_wavenumber
 from ..scattering.breaking import modulation_db, relaxation_rate
 from ..scattering.composite import FrontFacets, front_facets
 from ..scattering.sea_spikes import sea_spikes
+from ..scattering.texture import Texture
 from ..scene import Scene
 from ..sea import Resolved, ResolvedWaves
 from ..settings import PlatformSettings, ScatteringSettings
@@ -243,6 +244,9 @@ def _echoes(case: Case) -> Iterator[Row]:
         says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.at}"
         yield row("sea spikes", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
 
+    if theory and scattering.breaking and scattering.texture:
+        yield patches(case, "lognormal patches that live for seconds and run before the wind")
+
     time = scattering.decorrelation_time_s
     looks, says = precision.looks(radar, time), f"complex Gaussian per facet, decorrelation time {1e3 * time:g} ms"
     error, source = "dB of scatter of a gate's mean power over a dwell", f"1/√looks, {looks:.2g} looks a dwell"
@@ -314,6 +318,13 @@ def _magnetron(case: Case, pairs: bool) -> Row:
         return row("magnetron", lost, "1 of the coherence between pulses", source, f"{says}; heights do not use it")
     height, source = precision.pair_height_error(radar, error, case.middle_m), "σ √(2/N) of N pulses of either receiver"
     return row("magnetron", height, f"{HEIGHT} {case.at}, of a look as a whole", source, says)
+
+
+def patches(case: Case, says: str) -> Row:
+    """The same number, modelled or not."""
+    texture = Texture.of(case.scene.scattering.wind_speed_m_s)
+    spread = 10.0 / math.log(10.0) * math.sqrt(float(texture.variance(case.grazing)))
+    return row("patches of breakers", spread, f"dB rms of breakers' own echo {case.at}", "Watts & Wicks (1990)", says)
 
 
 def converter(case: Case) -> Row:

@@ -8,6 +8,7 @@ Settings (`[scattering]`):
     breaking, hydrodynamic_modulation
                     breakers; short waves that the strain of the long ones gathers
     sea_spikes      breakers are bursts that run with their wave, grow and fade (`scattering.sea_spikes`)
+    texture         breakers gather in patches that live for seconds (`scattering.texture`)
     doppler         full: Bragg waves of both directions and breakers move on the water at their own speeds;
                     orbital: they move with it
     permittivity    meissner_wentz12, meissner_wentz04, klein_swift77
@@ -34,8 +35,8 @@ ring is its, and how that changes from up- to down-wind is theory's. The other m
 wind direction too.
 
 Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²) times that of the scatterers' own motion.
-The spread of power from cell to cell comes from the resolved waves, and from sea spikes where they are asked for; no
-random texture is added.
+The spread of power from cell to cell comes from the resolved waves, and from sea spikes and patches of breakers where
+they are asked for.
 
 Evidence: validation/README.md, "Scattering" and "Scattering options".
 """

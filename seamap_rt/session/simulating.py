@@ -12,15 +12,17 @@ from typing import Any, Protocol, Self
 import numpy as np
 import xarray as xr
 
+from ..echoes.video import polar_image
 from ..errors import must_be
 from ..gauges import gauge_series
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
+from ..io.polar_images import write_polar_image
 from ..io.results_folder import clear_folder, growing, results_folder
 from ..io.text import InRows
 from ..report.headline import run_facts
-from ..scene import SceneLike, as_scene
+from ..scene import Scene, SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import FinishedTurn, Progress, deliver, iterate
 
@@ -66,6 +68,39 @@ def gauge_sink(file: AppendableNetCDF, simulator: Simulator) -> FileSink:
     return FileSink(file, read, stage="truth")
 
 
+IMAGES = "polar_images"
+
+
+class ImageSink(AbstractContextManager):
+    """Writes what a marine radar shows of each turn, `polar_images/turn-0001.pol` and on."""
+
+    stage = "write"
+
+    def __init__(self, folder: Path, scene: Scene) -> None:
+        self._folder, self._radar = folder / IMAGES, scene.radar
+        wind = scene.scattering.wind_speed_m_s, scene.scattering.wind_from_deg
+        self._said = {"ship_speed_m_s": scene.platform.speed_m_s, "wind_speed_m_s": wind[0], "wind_from_deg": wind[1]}
+        self._last: Path | None = None
+
+    def turn(self, turn: FinishedTurn) -> None:
+        self._folder.mkdir(exist_ok=True)
+        path = self._folder / f"turn-{turn.number + 1:04d}.pol"
+        write_polar_image(path, polar_image(turn.echoes, self._radar, self._said))
+        self._last = path
+
+    def take_back(self) -> None:
+        assert self._last is not None
+        self._last.unlink()
+
+    def __exit__(self, *_: object) -> None:
+        """Whole files stay."""
+
+
+def image_sinks(folder: Path, scene: Scene) -> list[ImageSink]:
+    """The pictures of a scene whose radar shows any."""
+    return [ImageSink(folder, scene)] if scene.radar.receiver.chain == "video" else []
+
+
 class Memory(AbstractContextManager):
     """Keeps the echoes and the truth of all turns in memory."""
 
@@ -102,7 +137,7 @@ class Memory(AbstractContextManager):
         """They stay."""
 
 
-PRODUCTS = ("echoes.zarr", "truth.nc")
+PRODUCTS = ("echoes.zarr", "truth.nc", IMAGES)
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,7 +175,8 @@ def simulate(
     """Simulate all turns of a scene, or of that which a file or a shipped scene's name stands for.
 
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
-    datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
+    datasets of the result are then read from there, and `radar.receiver.chain = "video"` leaves the picture of each
+    turn in `polar_images`, for `read_polar_images`. Without it everything stays in memory. Earlier echoes or truth in
     that folder are replaced only with `overwrite`. progress: called with a line on each stage as it begins.
     Raises InputError for a scene that cannot be simulated, NoBackendError if rays are requested and cannot be traced.
     """
@@ -158,8 +194,9 @@ def simulate(
         with results_folder(folder, overwrite, PRODUCTS):
             clear_folder(folder, PRODUCTS)
             store, file = EchoStore(folder / "echoes.zarr"), AppendableNetCDF(folder / "truth.nc")
-            with growing(folder, PRODUCTS):
-                figures = deliver(turns, [FileSink(file, lambda t: t.truth), FileSink(store, lambda t: t.echoes)])
+            with growing(folder, PRODUCTS[:2]):
+                sinks = [FileSink(file, lambda t: t.truth), *image_sinks(folder, scene)]
+                figures = deliver(turns, [*sinks, FileSink(store, lambda t: t.echoes)])
         echoes, truth = open_echoes(store.path), xr.open_datatree(file.path)
     facts = run_facts(scene, simulator.sea, simulator.surface)
     return Simulation(echoes, truth, [turn.timing for turn in figures], facts)

@@ -32,7 +32,7 @@ from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from ..window_errors import Windows, judge_windows, observed_windows
 from .driver import FinishedTurn, Progress, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
-from .simulating import FileSink, gauge_sink
+from .simulating import FileSink, gauge_sink, image_sinks
 
 _EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
 
@@ -205,6 +205,7 @@ def _file_sinks(
         sinks.append(gauge_sink(AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")), simulator))
     if ahead is not None:
         sinks.append(ahead)
+    sinks += image_sinks(folder, simulator.scene)
     return [*sinks, FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes)]
 
 

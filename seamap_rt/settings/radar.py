@@ -103,17 +103,27 @@ class PlacedAntenna(AntennaSettings):
 
 
 class ReceiverSettings(Section):
-    """From the mixer to complex range gates. The keys of the digital chain are ignored by `chain = "baseband"`."""
+    """From the mixer to complex range gates, or to the counts of a marine radar's picture. Keys of another chain are
+    ignored."""
 
-    chain: Literal["baseband", "digital"] = "baseband"
+    chain: Literal["baseband", "digital", "video"] = "baseband"
     """`baseband`: ideal complex gates; `digital`: the intermediate frequency undersampled, quantised and saturating,
-    mixed down, filtered and decimated."""
+    mixed down, filtered and decimated; `video`: baseband up to the detector of an ordinary marine radar, whose picture
+    of each turn is written beside the echoes, `polar_images/*.pol`."""
+    knee_db: Annotated[float, Ge(-60.0), Le(120.0), Meaning("dB", "over the noise, of a lin-log detector")] = 0.0
+    """Knee of the video's detector: below it is linear in voltage, above it a logarithm. Assumed: at the noise."""
+    video_bandwidth_hz: Annotated[
+        float | None, Ge(1e5), Le(1e9), Meaning("Hz", "at −3 dB, behind the detector", left_out="no filter")
+    ] = None
+    """Bandwidth of the video behind the detector."""
+    video_pulses: Annotated[int, Ge(1), Le(1000), Meaning("1", "pulses to a radial of the picture")] = 1
+    """Pulses whose video is averaged to a radial of the picture."""
     if_hz: Annotated[float, Gt(0.0), Le(1e10), Meaning("Hz", "intermediate frequency")] = 160e6
     """Intermediate frequency."""
     adc_rate_hz: Annotated[float, Ge(1e6), Le(1e10), Meaning("Hz", "samples per second")] = 200e6
     """Sampling rate of the analogue-to-digital converter."""
     adc_bits: Annotated[int, Ge(1), Le(24), Meaning("1", "a converter has bits; beyond 24 it would be none")] = 12
-    """Bits of the converter."""
+    """Bits of the converter; the picture's words hold 12."""
     full_scale_dbm: Annotated[float, Ge(-120.0), Le(30.0), Meaning("dBm", "of a sine at the antenna's port")] = -30.0
     """Full scale of the converter, as the power of a sine at the antenna's port."""
     gain: Literal["fixed", "agc"] = "fixed"
@@ -124,7 +134,7 @@ class ReceiverSettings(Section):
     """Headroom that automatic gain keeps between the strongest echo and full scale."""
     stc_exponent: Annotated[float, Ge(0.0), Le(8.0), Meaning("1", "0 is none; clutter falls as 3 to 7")] = 0.0
     """Sensitivity-time control: what comes from nearer than stc_range_m is weakened by (range/stc_range_m) to this, in
-    power, and given back after the converter."""
+    power: before the detector of a picture; a digital chain gives it back after the converter."""
     stc_range_m: Annotated[float, Ge(1e-3), Le(20_000.0), Meaning("m", "from which on nothing is weakened")] = 100.0
     """Range at which the sensitivity-time control ends."""
 

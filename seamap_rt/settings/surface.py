@@ -31,11 +31,17 @@ class ScatteringSettings(Section):
     sea_spikes: bool = False
     """Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each facet,
     with the same mean."""
+    texture: bool = False
+    """Breakers gather in patches that live for seconds and run before the wind, as wide as the law of Watts & Wicks
+    (1990) has it; `false`: only where the resolved waves gather them. The mean is the same."""
     hydrodynamic_modulation: bool = True
     """Short waves are gathered by the strain of the long ones."""
     doppler: Literal["full", "orbital"] = "full"
-    """`full`: Bragg waves of both directions and breakers run on the water at their own speeds; `orbital`: they only
-    ride on it."""
+    """`full`: Bragg waves of both directions and breakers run on the water at their own speeds, and drift before the
+    wind with it; `orbital`: they only ride on the waves."""
+    wind_drift: Annotated[float, Ge(0.0), Le(0.1), Meaning("1", "of the wind's speed; about 0.03 is measured")] = 0.03
+    """Speed of the water's skin down-wind over wind_speed_m_s, Stokes' drift and all: 0.03 of the wind at 10 m (Wu
+    1975, J. Fluid Mech. 68). A current of the sea comes on top; of swell's own Stokes' drift nothing is known here."""
     polarization: Literal["VV", "HH"] = "VV"
     """Polarization sent and received."""
     wind_speed_m_s: Annotated[

@@ -17,13 +17,14 @@ from seamap_rt.truth import polar_truth
 
 SCENES = {
     "rays": ("choppy_sea", {"radar.sector_deg": [250.0, 270.0]}),
-    "horizon, spikes and small waves' shadows": (
+    "horizon, spikes, patches and small waves' shadows": (
         "choppy_sea",
         {
             "radar.sector_deg": [250.0, 270.0],
             "tracing.tracer": "horizon",
             "tracing.unresolved_shadowing": "smith",
             "scattering.sea_spikes": True,
+            "scattering.texture": True,
         },
     ),
     "a leaning boat, light over edges": (

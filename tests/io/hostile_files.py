@@ -31,6 +31,7 @@ from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.meshfile import ENDINGS, load_mesh
 from seamap_rt.io.motionfile import read_motion
 from seamap_rt.io.patternfile import read_pattern
+from seamap_rt.io.polar_images import read_polar_images
 from seamap_rt.io.recorded import read_recording
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.recording_header import read_header
@@ -44,7 +45,6 @@ from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address
 from seamap_rt.studies.point import kept as kept_point
-from validation.radar.polar_images import read_polar_images
 
 HEADER = {
     "frequency_hz": 10e9, "pulse_width_s": 20e-9, "bandwidth_hz": 50e6, "height_m": 5.0, "baseline_m": 0.2,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.dataset import check
-from validation.radar.polar_images import read_polar_images
+from seamap_rt.io.polar_images import read_polar_images
 
 REAL = Path(__file__).parents[2] / "validation" / "reference" / "wamos_revelle.pol.zst"
 SAMPLES, RADIALS = 40, 500

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import polygamma
 
 from validation.radar.images import Images, Waves, box, fastest, fitted_current, peaks, rings, share, standing
 
@@ -69,3 +70,25 @@ def test_shares_near_the_noise_and_lengths_are_those_that_were_drawn() -> None:
     (ring,) = rings(seen, np.array((190.0, 2000.0)))
     assert ring.near_noise == pytest.approx(1.0 / 3.0, abs=0.02)
     assert ring.range_length == pytest.approx(4.0 * 7.5, rel=0.06)
+
+
+@pytest.mark.parametrize("length", [1, 3, 6])
+@pytest.mark.parametrize("looks", [1, 5])
+def test_what_smoothing_leaves_is_what_was_drawn(length: int, looks: int) -> None:
+    """Logarithms of `looks` exponentials (skewness ψ″(n)/ψ′(n)^1.5), running means of `length` gates: correlation
+    is a triangle; smoothing over 7 radials × 5 gates leaves of variance and skewness what the sum's weights say."""
+    radials, gates = 3000, 120
+    drawn = np.log(np.random.default_rng(3).gamma(looks, size=(radials, gates + length - 1)))
+    level = np.apply_along_axis(np.convolve, 1, drawn, np.ones(length) / length, mode="valid")
+    azimuth = np.linspace(0.0, 119.0, radials)
+    seen = Images(level, azimuth, azimuth, np.zeros(radials, int), 200.0 + 3.75 * np.arange(gates), (0.0, 0.0), level)
+    (ring,) = rings(seen, np.array((190.0, 2000.0)))
+    wanted = [max(0.0, 1.0 - lag / length) for lag in range(1, 5)]
+    np.testing.assert_allclose(ring.range_correlation, wanted, atol=0.02)
+    weights = np.convolve(np.ones(length) / length, np.ones(5) / 5.0)  # of one radial's drawn numbers
+    left = np.sum(weights**2) * length / 7.0
+    assert ring.smoothed_share == pytest.approx(left, rel=0.05)
+    one = polygamma(2, looks) / polygamma(1, looks) ** 1.5
+    wanted_skewness = one * np.sum(weights**3) / np.sum(weights**2) ** 1.5 / np.sqrt(7.0)
+    # Some 10⁴ independent means: ± 0.025 of skewness.
+    assert ring.smoothed_skewness == pytest.approx(wanted_skewness, abs=0.08)

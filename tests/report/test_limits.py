@@ -118,6 +118,8 @@ def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:
     [
         ({}, "breakers, most of them where the resolved waves converge", "a breaker's life"),
         ({"scattering__sea_spikes": True}, "a Poisson process of breakers", "shadows of waves that are not resolved"),
+        ({"scattering__texture": True}, "lognormal patches", "a breaker's life"),
+        ({}, "breakers", "scattering.texture = true has patches"),
         ({"scattering__breaking": False}, "strain of the resolved waves", "scattering.breaking = false"),
         ({"scattering__hydrodynamic_modulation": False}, "breakers", "tilt alone modulates"),
         ({"scattering__doppler": "orbital"}, "follows its water particle", "the scatterers' own velocity"),

@@ -19,6 +19,7 @@ from seamap_rt.dataset import SCHEMA, check
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import open_recording
 from seamap_rt.io.meshfile import load_mesh
+from seamap_rt.io.polar_images import read_polar_images
 from seamap_rt.io.recording_header import read_header
 from seamap_rt.mesh.sizing import triangles
 from seamap_rt.resolved_scene import installation_of, run_sea
@@ -29,7 +30,6 @@ from seamap_rt.studies.cluster import _address
 from seamap_rt.studies.point import kept
 from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade_table import Criterion, trade_table
-from validation.radar.polar_images import read_polar_images
 
 from .originals import HEADER, SMALL
 

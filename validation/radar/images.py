@@ -20,6 +20,7 @@ from seamap_rt.conventions import GRAVITY
 Array = NDArray[np.float64]
 
 SIDE, CELL = 600.0, 7.5  # m, of the boxes whose waves are followed
+SMOOTHED = (7, 5)  # radials × gates
 _LONGEST, _SHORTEST = 200.0, 40.0  # m, of the waves that count there
 
 
@@ -53,6 +54,9 @@ class Ring(NamedTuple):
     near_noise: float  # share of cells
     range_length: float  # m, where the autocorrelation falls to a half
     azimuth_length: float
+    smoothed_skewness: float  # of levels averaged over SMOOTHED
+    smoothed_share: float  # of the variance that this leaves
+    range_correlation: tuple[float, ...]  # at lags of 1 to 4 gates
 
 
 def rings(images: Images, edges: Array) -> list[Ring]:
@@ -66,6 +70,7 @@ def rings(images: Images, edges: Array) -> list[Ring]:
         beside = np.diff(images.azimuth)
         step = float(np.radians(np.median(beside[beside > 0.0]))) * middle
         rest = part - part.mean(axis=0)
+        smooth = _smoothed(rest, images.turn)
         found.append(
             Ring(
                 middle,
@@ -75,9 +80,18 @@ def rings(images: Images, edges: Array) -> list[Ring]:
                 min(1.0, float(np.mean(part < limit)) / 0.95),
                 gate * _half(rest),
                 step * _half(rest.T),
+                float(skew(smooth.ravel())),
+                float(smooth.var() / rest.var()),
+                tuple(float(np.mean(rest[:, lag:] * rest[:, :-lag]) / rest.var()) for lag in range(1, 5)),
             )
         )
     return found
+
+
+def _smoothed(field: Array, turn: NDArray[np.int64]) -> Array:
+    """Means over SMOOTHED radials × gates of one turn, where all of them are within the field."""
+    parts = [np.lib.stride_tricks.sliding_window_view(field[turn == each], SMOOTHED) for each in np.unique(turn)]
+    return np.concatenate([each.mean(axis=(-2, -1)) for each in parts])
 
 
 def _half(field: Array) -> float:
@@ -122,12 +136,12 @@ class Waves(NamedTuple):
         return np.asarray((np.abs(self.spectra) ** 2).sum(axis=0), dtype=np.float64)
 
 
-def box(images: Images, azimuth: float, distance: float) -> Waves:
-    """Waves in a square of SIDE about a place, fixed to the ground while the radar drifts. Each gate counts by its
-    departure from its mean over all turns, in its standard deviations: the fall with range is no wave."""
+def box(images: Images, azimuth: float, distance: float, side: float = SIDE) -> Waves:
+    """Waves in a square of that side [m] about a place, fixed to the ground while the radar drifts. Each gate counts by
+    its departure from its mean over all turns, in its standard deviations: the fall with range is no wave."""
     level = (images.level - images.level.mean(axis=0)) / images.level.std(axis=0)
     x0, y0 = distance * np.sin(np.radians(azimuth)), distance * np.cos(np.radians(azimuth))
-    axis = np.arange(-0.5 * SIDE, 0.5 * SIDE, CELL)
+    axis = np.arange(-0.5 * side, 0.5 * side, CELL)
     x, y = np.meshgrid(x0 + axis, y0 + axis)
     window = np.outer(*2 * (np.hanning(axis.size),))
     spectra, times = [], []

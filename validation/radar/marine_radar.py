@@ -6,10 +6,12 @@ FOLDER holds .pol files of consecutive turns, as POLAR/2022/03/28/03 of github.c
 Revelle, Furuno FAR-2117, six turns). A table and a figure; a quarter of a minute a simulated row.
 
 Known of the radar: X band, 1.4 s a turn, 589 radials a second of 3.75 m samples from 180 m on. Not known, and so taken:
-mast 25 m (where the header has the wind sensor), pulse 70 ns, 12 kW and HH (of the set's data sheet), the mean of five
-pulses' logarithms a radial (3000 Hz over 589), the law of the counts (a logarithm of any slope), the wind (by the way
-in which the sea echoes most), and the waves: their lengths and directions are those that the turns themselves show, and
-their heights are guessed. Rows with other guesses show what each would change. No wave truth comes with these turns.
+mast 25 m (where the header has the wind sensor), pulse 70 ns, 12 kW and HH (of the set's data sheet), five pulses a
+radial (3000 Hz over 589), the wind (by the way in which the sea echoes most), and the waves: their lengths and
+directions are those that the turns themselves show, and their heights are guessed. Of the video chain turns 00, 01 and
+03 told bandwidth (the autocorrelation in range), losses (cells near the noise) and the control's exponent (the fall
+with range); the knee is the default. Rows with other guesses show what each would change. No wave truth comes with
+these turns.
 """
 
 from __future__ import annotations
@@ -27,9 +29,11 @@ import numpy as np
 import xarray as xr
 
 import seamap_rt as sr
+from seamap_rt.echoes.video import polar_image, video
+from seamap_rt.io.polar_images import read_polar_images
+from seamap_rt.radar.receiver import noise_power
 from validation import FIGURES
 from validation.radar.images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share, standing
-from validation.radar.polar_images import read_polar_images
 
 FIGURE = FIGURES / "marine_radar.png"
 SECTOR, RANGES = (100.0, 240.0), (180.0, 1250.0)  # up the waves, clear of the ship
@@ -37,7 +41,9 @@ EDGES = np.array((180.0, 350.0, 550.0, 750.0, 950.0, 1150.0))
 BOXES, DISTANCE = (135.0, 170.0, 205.0), 700.0
 # Calibration of this ship by the repository's author (configs/default_wamos.yaml), and its blocked sector from the bow.
 AZIMUTH_OFFSET, RANGE_OFFSET, BLOCKED = 10.0, -6.0, (160.0, 195.0)
-PULSES = 5  # whose logarithms make a radial
+PULSES = 5  # of a radial
+NEAR, FAR = (400.0, 300.0), (900.0, 300.0)  # m, distance and side of the boxes in which what stands still is told
+ASIDE = (110.0, 135.0, 170.0, 205.0, 230.0)
 DEGREE_M = 111_320.0
 SWELL, WIND_SEA = (1.5, 9.7, 105.0), (1.2, 6.2, 170.0)  # Hs m, Tp s, from deg
 
@@ -46,6 +52,8 @@ SHIP: dict[str, Any] = {
     "sea.extent_m": 2560.0,
     "sea.resolution_m": 1.6,
     "scattering.polarization": "HH",
+    "scattering.sea_spikes": True,
+    "scattering.texture": True,
     "scattering.wind_speed_m_s": 7.0,
     "scattering.wind_from_deg": 160.0,
     "radar.frequency_hz": 9.41e9,
@@ -54,12 +62,18 @@ SHIP: dict[str, Any] = {
     "radar.prf_hz": 589.0 * PULSES,
     "radar.transmit_power_w": 12e3,
     "radar.noise_figure_db": 6.0,
+    "radar.losses_db": 11.0,
     "radar.rotation_rpm": 60.0 / 1.393,
     "radar.sector_deg": list(SECTOR),
     "radar.range_m": list(RANGES),
     "radar.range_sampling_m": 3.75,
     "radar.height_m": 25.0,
     "radar.transmit": "single",
+    "radar.receiver.chain": "video",
+    "radar.receiver.video_pulses": PULSES,
+    "radar.receiver.video_bandwidth_hz": 5e6,
+    "radar.receiver.stc_exponent": 1.5,
+    "radar.receiver.stc_range_m": 1250.0,
     "radar.antenna.azimuth_beamwidth_deg": 1.23,
     "radar.antenna.elevation_beamwidth_deg": 20.0,
     "radar.antenna.width_m": 1.98,
@@ -74,8 +88,23 @@ OTHERWISE: dict[str, tuple[float, dict[str, Any]]] = {  # what is changed: facto
     "mast 18 m": (1.0, {"radar.height_m": 18.0}),
     "mast 35 m": (1.0, {"radar.height_m": 35.0}),
     "pulse 150 ns": (1.0, LONG_PULSE),
-    "15 dB less sensitive": (1.0, {"radar.losses_db": 17.0}),
-    "150 ns, 15 dB, 1.6 ×": (1.6, LONG_PULSE | {"radar.losses_db": 17.0}),
+    "6 dB less sensitive": (1.0, {"radar.losses_db": 17.0}),
+    "150 ns, 6 dB, 1.6 ×": (1.6, LONG_PULSE | {"radar.losses_db": 17.0}),
+    "no control": (1.0, {"radar.receiver.stc_exponent": 0.0}),
+    "knee 10 dB": (1.0, {"radar.receiver.knee_db": 10.0}),
+    "no spikes": (1.0, {"scattering.sea_spikes": False}),
+    "no texture": (1.0, {"scattering.texture": False}),
+    "diffraction": (1.0, {"tracing.diffraction": "knife_edge"}),
+    "VV": (1.0, {"scattering.polarization": "VV"}),
+}
+BEFORE: dict[str, Any] = {  # without texture, spikes and video: the mean of pulses' logarithms
+    "scattering.sea_spikes": False,
+    "scattering.texture": False,
+    "scattering.wind_drift": 0.0,
+    "radar.losses_db": 2.0,
+    "radar.receiver.knee_db": -60.0,
+    "radar.receiver.video_bandwidth_hz": 1e9,
+    "radar.receiver.stc_exponent": 0.0,
 }
 
 
@@ -87,13 +116,17 @@ class Measured(NamedTuple):
     boxes: list[Waves]
     current: tuple[float, float]
     standing: float
+    standing_beside: tuple[float, float]  # in small boxes near and far
 
     @classmethod
     def of(cls, images: Images) -> Measured:
         images = images.within(SECTOR, RANGES)
         boxes = [box(images, azimuth, DISTANCE) for azimuth in BOXES]
         moving = [each.moving for each in boxes]
-        return cls(images, rings(images, EDGES), moving, fitted_current(moving), standing(boxes))
+        beside = [standing([box(images, azimuth, *place) for azimuth in ASIDE]) for place in (NEAR, FAR)]
+        return cls(
+            images, rings(images, EDGES), moving, fitted_current(moving), standing(boxes), (beside[0], beside[1])
+        )
 
     @property
     def fall(self) -> float:
@@ -126,7 +159,7 @@ def _drift(read: xr.Dataset) -> tuple[float, float]:
 
 
 def simulated(turns: int, seed: int = 1, waves: float = 1.0, keys: Mapping[str, Any] | None = None) -> Images:
-    """Power alone of the lower receiver, as levels in dB over the noise."""
+    """The pictures that the simulated radar shows, and of noise alone."""
     systems = [
         {
             "spectrum": "jonswap",
@@ -141,19 +174,31 @@ def simulated(turns: int, seed: int = 1, waves: float = 1.0, keys: Mapping[str, 
     scene = sr.load_scene(
         "choppy_sea", overrides=SHIP | {"sea.waves": systems, "turns": turns, "seed": seed, **(keys or {})}
     )
-    echoes = sr.simulate(scene).echoes
-    level = 10.0 * np.log10(np.abs(echoes["voltage"].values[:, 0]) ** 2 / echoes.attrs["noise_power_w"])
-    fields = (level, *(echoes[name].values for name in ("azimuth", "time", "turn")))
-    members = [np.flatnonzero(echoes["turn"].values == number) for number in range(turns)]
-    level, azimuth, time, turn = (np.concatenate([_radials(field[rows]) for rows in members]) for field in fields)
-    noise = _radials(10.0 * np.log10(np.random.default_rng(seed).exponential(size=100_000 * PULSES)))
-    return Images(level, azimuth, time, turn, echoes["range"].values, (0.0, 0.0), noise)
+    told = {"ship_speed_m_s": 0.0, "wind_speed_m_s": 0.0, "wind_from_deg": 0.0}
+    pictures = [polar_image(turn.echoes, scene.radar, told) for turn in sr.iterate(scene, retrieved=False)]
+    shown = {
+        name: np.concatenate([each[name].values for each in pictures]) for name in ("video", "azimuth", "time", "turn")
+    }
+    ranges = pictures[0]["range"].values
+    unit = np.random.default_rng(seed).standard_normal((1000 * PULSES, ranges.size, 2)) @ np.array((1.0, 1j))
+    noise = video(scene.radar, unit * np.sqrt(0.5 * noise_power(scene.radar)), ranges)
+    level = shown["video"].astype(np.float64)
+    return Images(level, shown["azimuth"], shown["time"], shown["turn"], ranges, (0.0, 0.0), noise.astype(np.float64))
 
 
-def _radials(pulses: np.ndarray) -> np.ndarray:
-    """Means of every PULSES pulses of one turn."""
-    number = pulses.shape[0] // PULSES
-    return pulses[: number * PULSES].reshape(number, PULSES, *pulses.shape[1:]).mean(axis=1)
+def texture_line(name: str, found: Measured) -> str:
+    """A row of the table of the texture: by ring smoothed skewness and share; fall; correlation; standing shares."""
+    skewness = " ".join(f"{ring.smoothed_skewness:5.2f}" for ring in found.rings)
+    left = " ".join(f"{ring.smoothed_share:4.2f}" for ring in found.rings)
+    lags = " ".join(f"{each:4.2f}" for each in found.rings[2].range_correlation)
+    near, far = found.standing_beside
+    return f"{name:22} {skewness}   {left}   {found.fall:4.2f}   {lags}   {near:4.2f} {far:4.2f}"
+
+
+TEXTURE_HEADER = (
+    f"{'':22} {'smoothed skewness by ring':29}   {'share that smoothing leaves':24}   fall   "
+    f"{'in range, lags 1 to 4':19}   stands, near far"
+)
 
 
 def line(name: str, found: Measured) -> str:
@@ -183,27 +228,30 @@ HEADER = (
 def figure(real: Measured, made: Measured, out: Path) -> None:
     """Both seas side by side, and what was measured of them."""
     plt.rcParams.update({"font.size": 9})
-    drawn, axes = plt.subplots(2, 3, figsize=(12.5, 7.4), layout="constrained")
-    for place, (name, found) in zip(axes[:, 0], (("real", real), ("simulated", made)), strict=True):
-        _picture(place, found.images, f"{name}: one turn, level within each gate")
+    drawn, axes = plt.subplot_mosaic(
+        [["real", "real", "simulated", "simulated"], ["fall", "noise", "shell", "levels"]],
+        figsize=(12.5, 6.6), height_ratios=(1.25, 1.0), layout="constrained",
+    )  # fmt: skip
+    for name, found in (("real", real), ("simulated", made)):
+        _picture(axes[name], found.images, f"{name}: one turn, level within each gate")
     for name, found, style in (("real", real, "-"), ("simulated", made, "--")):
         distance = [ring.distance for ring in found.rings]
         spread = float(np.mean([ring.spread for ring in found.rings]))
-        axes[0, 1].plot(distance, [ring.mean / spread for ring in found.rings], style, label=name)
-        axes[1, 1].plot(distance, [ring.near_noise for ring in found.rings], style, label=name)
+        axes["fall"].plot(distance, [ring.mean / spread for ring in found.rings], style, label=name)
+        axes["noise"].plot(distance, [ring.near_noise for ring in found.rings], style, label=name)
         faster = np.arange(0.3, 1.81, 0.05)
-        axes[0, 2].plot(faster, [share(found.boxes, found.current, each) for each in faster], style, label=name)
+        axes["shell"].plot(faster, [share(found.boxes, found.current, each) for each in faster], style, label=name)
         level = found.images.level[:, (found.images.ranges > EDGES[2]) & (found.images.ranges < EDGES[3])]
         level = (level - level.mean()) / level.std()
-        axes[1, 2].hist(
+        axes["levels"].hist(
             level.ravel(), np.arange(-4.0, 4.1, 0.2).tolist(), density=True, histtype="step", label=name, ls=style
         )
-    axes[0, 2].axhline(1.0 / len(np.unique(real.images.turn)), color="0.6", lw=0.8, label="chance")
+    axes["shell"].axhline(1.0 / len(np.unique(real.images.turn)), color="0.6", lw=0.8, label="chance")
     for place, x, y, title in (
-        (axes[0, 1], "range (m)", "mean level over noise / spread", "fall with range"),
-        (axes[1, 1], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
-        (axes[0, 2], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
-        (axes[1, 2], "level, standard deviations", "density", "levels at 550–750 m"),
+        (axes["fall"], "range (m)", "mean level over noise / spread", "fall with range"),
+        (axes["noise"], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
+        (axes["shell"], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
+        (axes["levels"], "level, standard deviations", "density", "levels at 550–750 m"),
     ):
         place.set(xlabel=x, ylabel=y, title=title)
         place.set_ylim(bottom=0.0)
@@ -232,19 +280,20 @@ def main() -> None:
     parser.add_argument("--plain", action="store_true", help="without the rows of other guesses")
     parser.add_argument("--out", type=Path, default=FIGURE)
     given = parser.parse_args()
-    print(HEADER)
-    real = Measured.of(recorded(given.folder, given.turns))
-    print(line(f"real, {np.unique(real.images.turn).size} turns", real), flush=True)
+    told = recorded(given.folder, given.turns)
+    real, seeds = Measured.of(told), range(1, 1 + given.seeds)
+    rows = [(f"real, {np.unique(told.turn).size} turns", real)]
+    rows += [(f"before, seed {seed}", Measured.of(simulated(given.turns, seed, keys=BEFORE))) for seed in seeds]
+    made = [Measured.of(simulated(given.turns, seed)) for seed in seeds]
+    rows += [(f"simulated, seed {seed}", each) for seed, each in zip(seeds, made, strict=True)]
+    if not given.plain:
+        rows += [(name, Measured.of(simulated(given.turns, 1, *other))) for name, other in OTHERWISE.items()]
+    for header, row in ((HEADER, line), (TEXTURE_HEADER, texture_line)):
+        print(header, *(row(*each) for each in rows), sep="\n", flush=True)
     for azimuth, one in zip(BOXES, real.boxes, strict=True):
         current = fitted_current([one])
         words = f"current ({current[0]:+.1f}, {current[1]:+.1f}) m/s"
         print(f"  its box at {azimuth:.0f}°: share {share([one], current):.3f}, {words}")
-    made = [Measured.of(simulated(given.turns, 1 + seed)) for seed in range(given.seeds)]
-    for seed, each in enumerate(made):
-        print(line(f"simulated, seed {1 + seed}", each), flush=True)
-    if not given.plain:
-        for name, (waves, keys) in OTHERWISE.items():
-            print(line(name, Measured.of(simulated(given.turns, 1, waves, keys))), flush=True)
     for name, found in (("real", real), ("simulated", made[0])):
         print(name, *(f"{ring.distance:.0f} m: {ring.mean:.0f} ± {ring.spread:.0f};" for ring in found.rings))
     figure(real, made[0], given.out)

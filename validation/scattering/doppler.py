@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -173,8 +173,10 @@ class Look:
 
 def look_spectra(scene: Scene, seeds: int) -> Look:
     """Simulated and predicted spectra; the seeds draw other speckle over the same sea."""
-    facets, (rcs, motion, _), _ = Simulator(scene).light(0)
+    facets, (rcs, motion, running), _ = Simulator(scene).light(0)
     assert motion is not None  # scattering.doppler = "full"
+    if running is not None:
+        facets = replace(facets, velocity_look=facets.velocity_look + running)
     radar, fired = scene.radar, pulses(Installation(scene.radar), 0)
     frequency = np.arange(-(SEGMENT // 2), SEGMENT // 2, dtype=np.float64) * (radar.prf_hz / SEGMENT)
     water, expected = expected_spectra(facets, rcs, scene, motion, frequency)

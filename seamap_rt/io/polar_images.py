@@ -15,18 +15,19 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.dataset import build
-from seamap_rt.errors import InputError
-from seamap_rt.io.opening import read_unpacked
-from seamap_rt.io.text import parse_number
+from ..conventions import SPEED_OF_LIGHT
+from ..dataset import build
+from ..errors import InputError
+from .opening import read_unpacked
+from .results_folder import write_whole
+from .text import parse_number
 
 _MOST_BYTES = 256 << 20  # of a file, decompressed: some hundred turns
 _MOST_HEADER = 1 << 20
@@ -35,6 +36,9 @@ _VIDEO, _FLAGS = 0x0FFF, 12
 _COUNTER = (18, 19, 20)  # samples whose flags count degrees, high digits first
 _AIR = 1.000273  # refractive index
 _LARGEST_STEP = 30  # deg between two radials: more is damage
+_LEAST_SECTOR = 3  # deg: the counter must step twice
+_EPOCH = datetime(2000, 1, 1, tzinfo=UTC)  # of a simulation's time 0
+_KNOT = 1852.0 / 3600.0
 # What a header must say, and within which limits: key → least, most, unit.
 _NUMBERS: dict[str, tuple[float, float, str]] = {
     "SFREQ": (0.1, 1e3, "MHz"),
@@ -66,7 +70,7 @@ def read_polar_images(
     """Turns of one file or several as a dataset `polar_images`: `video` (pulse, range) in counts, with `time`,
     `azimuth` from north, `turn`, `heading`, `latitude` and `longitude` of each pulse (NaN where unknown).
 
-    Files are .pol, plain or compressed as .zst, .gz, .bz2 or .xz, and are put in the order of their times.
+    paths: of one or several .pol, plain or compressed as .zst, .gz, .bz2 or .xz, put in the order of their times.
     azimuth_offset_deg, range_offset_m: calibration that is added to what the headers say. Attributes: what the first
     header says of radar, ship and wind, and `start`, the date and time of time 0. Turns come one after the other: where
     a stamp is earlier than the last turn's end (stamps stray by a tenth of a second), it is taken as it is.
@@ -87,6 +91,56 @@ def read_polar_images(
                 raise InputError(f"{path}: {key} differs from {given[0]}'s; read files of one setting together")
     frames = sorted((frame for _, held in files for frame in held), key=lambda frame: frame.start)
     return _dataset(header, frames, azimuth_offset_deg, range_offset_m)
+
+
+def write_polar_image(path: str | os.PathLike[str], image: xr.Dataset) -> None:
+    """Write one turn of `polar_images` to a .pol file that `read_polar_images` reads; the file appears whole or not.
+
+    image: with `turn_s`, ship's speed and wind among its attributes, as the reader gives them. `start` is left out by a
+    simulation, whose time 0 is then the beginning of 2000. The file keeps whole degrees of the counter, and 12 bits.
+    Raises InputError for a sector or a window that the format cannot hold.
+    """
+    azimuth, ranges, words = (image[name].values for name in ("azimuth", "range", "video"))
+    swept = np.maximum.accumulate(np.unwrap(azimuth, period=360.0) - azimuth[0]) if azimuth.size else azimuth
+    if not azimuth.size or swept[-1] < _LEAST_SECTOR or swept[-1] > 361.0:
+        turned = float(swept[-1]) if azimuth.size else 0.0
+        raise InputError(f"{path}: the turn covers {turned:.3g}°: must be {_LEAST_SECTOR} to 360; set radar.sector_deg")
+    if ranges.size <= _COUNTER[-1]:
+        raise InputError(
+            f"{path}: has {ranges.size} gates: must be at least {_COUNTER[-1] + 1}; widen radar.range_m or lower "
+            "radar.range_sampling_m"
+        )
+    words = words.astype("<u2") & np.uint16(_VIDEO)
+    for place, sample in enumerate(_COUNTER):
+        digit = (swept.astype(np.int64) >> (8 - 4 * place)) & 15
+        words[:, sample] |= digit.astype(np.uint16) << _FLAGS
+    said = image.attrs
+    begun = datetime.fromisoformat(said["start"]) if "start" in said else _EPOCH
+    begun += timedelta(seconds=float(image["time"][0]))
+    first = {name: np.nan_to_num(float(image[name][0])) for name in ("heading", "latitude", "longitude")}
+    stamp = (
+        f"F0001  {begun:%m-%d-%Y}  {begun:%H:%M:%S.%f} {first['heading']:06.2f} {said['ship_speed_m_s'] / _KNOT:06.2f} "
+        f"{said['turn_s']:.6f}  {_degrees_minutes(first['latitude'], 'NS')}  "
+        f"{_degrees_minutes(first['longitude'], 'EW')} "
+        f"{first['heading']:06.2f} {said['wind_speed_m_s']:06.2f} {said['wind_from_deg']:06.2f}"
+    )
+    lines = [
+        f"USER {said['radar'] or 'seamap_rt'}",
+        f"SFREQ {SPEED_OF_LIGHT / _AIR / (2e6 * (ranges[1] - ranges[0])):.9f} CC [MHz]",
+        f"SDRNG {ranges[0]:.6f} CC [m]",
+        f"FIFO {ranges.size} CC samples",
+        f"RPT {said['turn_s']:.6f} CC [s]",
+        f"BO2RA {(azimuth[0] - first['heading']) % 360.0:.6f} CC [deg]",
+        f"WINDT {int(said['wind_is_true'])}",
+        stamp,
+        "EOH   CC END",
+        f"{words.nbytes:10d}",
+    ]
+    write_whole(Path(path), "\r\n".join(lines).encode("latin-1") + words.tobytes())
+
+
+def _degrees_minutes(degrees: float, sides: str) -> str:
+    return f"{int(abs(degrees)):03d}°{abs(degrees) % 1.0 * 60.0:09.6f} {sides[int(degrees < 0.0)]}"
 
 
 def _dataset(header: Mapping[str, str], frames: list[_Frame], offset: float, range_offset: float) -> xr.Dataset:
@@ -118,7 +172,7 @@ def _dataset(header: Mapping[str, str], frames: list[_Frame], offset: float, ran
             "start": frames[0].start.isoformat(),
             "turn_s": float(np.mean([frame.period for frame in frames])),
             "azimuth_from": "bow" if any(np.isnan(frame.ship["heading"]) for frame in frames) else "north",
-            "ship_speed_m_s": frames[0].ship["speed"] * 1852.0 / 3600.0,
+            "ship_speed_m_s": frames[0].ship["speed"] * _KNOT,
             "wind_speed_m_s": frames[0].ship["wind_speed"],
             "wind_from_deg": frames[0].ship["wind_from"],
             "wind_is_true": int(_number(header, "WINDT")),
