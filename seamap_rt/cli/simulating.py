@@ -88,9 +88,10 @@ def run(
     from ..report import warnings
     from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
+    from ..session.report_process import ReportProcess
 
-    with progress() as say:
-        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say)
+    with ReportProcess() as draw, progress() as say:
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say, draw=draw)
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))
