@@ -86,8 +86,8 @@ def is_compiled() -> bool:
     """Whether the retrieval's loops have been compiled, by this or another process."""
     from ..interferometry.estimation import optimal_kernel
 
-    kept = Path(optimal_kernel.interpolate.stats.cache_path)
-    return any(kept.glob("optimal_kernel.interpolate-*.nbi"))
+    loop: Any = optimal_kernel.interpolate
+    return any(Path(loop.stats.cache_path).glob("optimal_kernel.interpolate-*.nbi"))
 
 
 def compile_retrieval() -> None:

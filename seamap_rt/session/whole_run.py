@@ -223,12 +223,8 @@ def _joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
     first = turns[0]
     if len(turns) == 1:
         return first
-    groups = {
-        f"/{name}": xr.concat(
-            [turn[name].to_dataset() for turn in turns], "turn", data_vars="minimal", coords="minimal", compat="override"
-        )
-        for name in map(str, first.children)
-    }
+    how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
+    groups = {f"/{name}": xr.concat([turn[name].to_dataset() for turn in turns], "turn", **how) for name in first}
     return xr.DataTree.from_dict(groups)
 
 
