@@ -22,12 +22,11 @@ from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
-from ..tracing.visibility import two_way_power
+from ..tracing.visibility import POLARIZATIONS, two_way_power
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
-POLARIZATIONS = ("VV", "HH")
 LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
