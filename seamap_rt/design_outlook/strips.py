@@ -155,7 +155,7 @@ def strips(waves: Waves, length: float, shortest: float) -> Strips:
 
 
 STARTS = 3  # places of the mast on a strip
-_PROFILES = np.arange(0, ROWS, 4)  # rows on which the field over crests is found
+_PROFILES = np.arange(0, ROWS, 8)  # rows on which the field over crests is found
 TABLE = 512  # entries by the local grazing angle's tangent t, even in t/(1 + t)
 
 
