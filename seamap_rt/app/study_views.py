@@ -18,7 +18,7 @@ from ..io.turn_files import GrowingFile, read_whole_turns
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from ..studies.visible_tally import RADAR_LEVEL_DB
+from ..tracing.visibility import SEEN_DB
 from . import drawing
 from .results import Results
 from .runs import address
@@ -193,13 +193,13 @@ def in_words(data: xr.Dataset, look: str) -> str:
         where = f"beyond {half:.0f} m" if np.isfinite(half) else f"nowhere up to {float(data['range'][-1]):.0f} m"
         beside = [("Smith", smith)]
         if "look_radar_r50" in mast:
-            radar = mast["look_radar_r50"].sel(level=RADAR_LEVEL_DB)
+            radar = mast["look_radar_r50"].sel(level=SEEN_DB)
             beside = [
                 (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
             ] + beside
         known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
         told.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
-    level = f" VV and HH: where {RADAR_LEVEL_DB:g} dB are left of its power." if "level" in data else ""
+    level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
     return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(told)}.{level}"
 
 

@@ -88,9 +88,12 @@ def run(
     from ..report import warnings
     from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
+    from ..session.report_process import ReportProcess, is_compiled
 
-    with progress() as say:
-        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say)
+    also = "" if is_compiled() else " (compiling, once)"
+    with ReportProcess() as draw, progress() as say:
+        told = {"progress": lambda line: say(line + also), "draw": draw}
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, **told)
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +12,19 @@ from scipy.ndimage import uniform_filter1d
 from scipy.special import gammaincc
 
 from ..compute.machine import one_blas_thread
-from ..conventions import db, from_db, written
+from ..conventions import POLARIZATIONS, db, from_db, written
 from ..errors import InputError
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
+from ..physics.shadowing import half_range
 from ..radar import link
 from ..radar.array import as_it_looks
+from ..scattering.permittivity import permittivity_of
 from ..scene import Scene, SceneLike, as_scene
 from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
+from ..tracing.visibility import SEEN_DB
 from .error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .strips import (
@@ -33,6 +36,7 @@ from .strips import (
     Sight,
     calibrated,
     echo_by_grazing,
+    radar_sight,
     sight,
     snr_of_unity,
     strips,
@@ -65,13 +69,16 @@ _VARIABLES = {
 class Outlook:
     """An outlook as plain arrays: `outlook` has it as a Dataset.
 
-    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii, whether the reach is the
-    window's end, and the first radius of the same radar on a boat at rest; left_out: what it does not know of the
-    scene, motion: how large the boat's and its sensors' errors are, in words, empty where neither is.
+    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); radar_visible: share of the water that a radar sees
+    (polarization, gate); figures: the two radii, whether the reach is the window's end, the first radius of the same
+    radar on a boat at rest, and the ranges [m] to which half of the water is visible, None where it is throughout;
+    left_out: what it does not know of the scene, motion: how large the boat's and its sensors' errors are, in words,
+    empty where neither is.
     """
 
     range: Array
     profile: dict[str, Array]
+    radar_visible: Array
     figures: dict[str, Any]
     left_out: str
     motion: str
@@ -82,18 +89,27 @@ def outlook(scene: SceneLike) -> xr.Dataset:
 
     A Dataset over `range` (slant, m) with `visible_fraction`, `seen_fraction`, `answered_fraction`, `height_error` [m],
     `quality` and `snr_db`; attributes `fully_measured_radius_m`, `reach_m`, `reach_to_the_end` (as in a run's
-    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. The same random strips of sea serve every
-    scene, so that designs compare on the same waves. A model, not a simulation: README and validation say how far the
-    two are apart. Raises InputError for a radar without a baseline or a window that holds no sea.
+    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. `radar_visible_fraction` (polarization,
+    range) is the share of the water that returns −6 dB or more of its two-way power when lit, in VV and HH; to
+    `half_visible_m`, `half_visible_vv_m` and `half_visible_hh_m` half is visible to light and to these. The same random
+    strips of sea serve every scene, so that designs compare on the same waves. A model, not a simulation: README and
+    validation say how far the two are apart. Raises InputError for a radar without a baseline or a window that holds no
+    sea.
     """
     import xarray as xr
 
     found = estimate_outlook(as_scene(scene))
-    variables = {
+    variables: dict[str, Any] = {
         name: ("range", found.profile[name], {"units": units, "long_name": words})
         for name, (units, words) in _VARIABLES.items()
     }
-    coordinates = {"range": ("range", found.range, {"units": "m", "long_name": "slant range"})}
+    words = f"share of the water that returns {SEEN_DB:g} dB or more of its two-way power when lit"
+    attributes = {"units": "1", "long_name": words}
+    variables["radar_visible_fraction"] = (("polarization", "range"), found.radar_visible, attributes)
+    coordinates = {
+        "range": ("range", found.range, {"units": "m", "long_name": "slant range"}),
+        "polarization": list(POLARIZATIONS),
+    }
     return xr.Dataset(variables, coordinates, {**found.figures, **_told(found)})
 
 
@@ -155,12 +171,15 @@ def estimate_outlook(scene: Scene) -> Outlook:
             quality,
             db(np.maximum(snr.mean(axis=(0, 1)), 1e-30)),
         )
-    figures = _radii(design.ranges, quality)
+    water = permittivity_of(scene.scattering, radar.frequency_hz)
+    radar_visible = radar_sight(surface, eye, edges, water, design.wavelength)[:, inside].mean(axis=1)
+    figures = _radii(design.ranges, quality) | _half_ranges(design.ground, profile[0], radar_visible)
     at_rest = scene.model_copy(update={"platform": PlatformSettings(heading_deg=scene.platform.heading_deg)})
     figures["radius_at_rest_m"] = (figures if motion is None else estimate_outlook(at_rest).figures)[
         "fully_measured_radius_m"
     ]
-    return Outlook(design.ranges, dict(zip(_VARIABLES, profile, strict=True)), figures, _left_out(scene), moves)
+    profiles = dict(zip(_VARIABLES, profile, strict=True))
+    return Outlook(design.ranges, profiles, radar_visible, figures, _left_out(scene), moves)
 
 
 def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
@@ -177,6 +196,17 @@ def _radii(ranges: Array, quality: Array) -> dict[str, Any]:
     even, none = np.ones(ranges.size), np.zeros(ranges.size)
     figures = CoverageProfile(ranges, quality, even, even, none).figures
     return {name: figures[name] for name in ("fully_measured_radius_m", "reach_m", "reach_to_the_end")}
+
+
+def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[str, float | None]:
+    """Ground ranges [m] to which half is visible: 0 where less is from the first on, None where more is throughout."""
+    shares = np.vstack((visible, radar_visible))
+    found = half_range(ground, shares)
+    names = ("half_visible_m", *(f"half_visible_{each.lower()}_m" for each in POLARIZATIONS))
+    return {
+        name: float(far) if np.isfinite(far) else 0.0 if share.mean() < _HALF else None
+        for name, far, share in zip(names, found, shares, strict=True)
+    }
 
 
 def _left_out(scene: Scene) -> str:
@@ -257,6 +287,7 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
             "the echo lacks, not the light: raise radar.transmit_power_w or the antennas' gain, or point the beam at "
             "the sea by radar.tilt_deg"
         )
+    yield f"half of the water is visible: {half_visible_words(found.figures)}"
     if radius is not None and found.motion:
         cost = written(max(found.figures["radius_at_rest_m"] - radius, 0.0), 0)
         yield f"the boat's motion costs {cost} m of that radius: {found.motion}"
@@ -280,6 +311,13 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
             f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_at_least(error, 1e-3):>16}  "
             f"{written(snr, 0):>8}  {_at_least(score, 5e-4):>5}"
         )
+
+
+def half_visible_words(figures: Mapping[str, Any]) -> str:
+    """To how far half of the water is visible to light, and to a radar in VV and HH (−6 dB two ways)."""
+    found = {"light": "half_visible_m"} | {each: f"half_visible_{each.lower()}_m" for each in POLARIZATIONS}
+    told = ((name, figures[key]) for name, key in found.items())
+    return ", ".join(f"{name} everywhere" if far is None else f"{name} to {far:.0f} m" for name, far in told)
 
 
 def _mean(values: NDArray[np.float64]) -> float:

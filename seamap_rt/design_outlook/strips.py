@@ -20,7 +20,7 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled
-from ..conventions import from_db, unit_from_azimuth
+from ..conventions import POLARIZATIONS, from_db, unit_from_azimuth
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.receiver import noise_power
@@ -29,6 +29,7 @@ from ..scattering.calibration import fit_scale
 from ..scattering.permittivity import permittivity_of
 from ..sea.systems import spectral_system, travel_direction
 from ..settings import RadarSettings, RandomWaves, ScatteringSettings, SeaSettings, SinusoidWaves
+from ..tracing.visibility import SEEN_DB, profile_powers
 
 Array = NDArray[np.float64]
 
@@ -154,6 +155,7 @@ def strips(waves: Waves, length: float, shortest: float) -> Strips:
 
 
 STARTS = 3  # places of the mast on a strip
+_PROFILES = np.arange(0, ROWS, 8)  # rows on which the field over crests is found
 TABLE = 512  # entries by the local grazing angle's tangent t, even in t/(1 + t)
 
 
@@ -189,6 +191,28 @@ def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Ar
     tables = np.stack((echo, in_sight), axis=-1).astype(np.float32)
     _look(strips.height, strips.step, eyes, starts, first, last, tables, made)
     return made
+
+
+def radar_sight(
+    strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], permittivity: complex, wavelength_m: float
+) -> Array:
+    """Share (polarization, place and look, gate) of the water that a radar sees in each of `POLARIZATIONS`: what
+    returns `SEEN_DB` or more of its two-way power when lit. Arguments as of `sight`."""
+    steps = strips.distance.size
+    first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
+    last = np.maximum(last, first + 1)
+    corner = np.arange(last[-1] + 1)
+    heights = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS)
+    shape = len(POLARIZATIONS), STARTS, LOOKS, _PROFILES.size
+    shares = np.empty((*shape, first.size))
+    for place, eye in enumerate(heights):
+        surface = strips.height[:, _PROFILES][..., (place * (steps // STARTS) + corner) % steps] - eye
+        surface = surface.reshape(-1, corner.size).astype(np.float64)
+        powers = profile_powers(strips.step * (corner + 0.5), surface, permittivity, wavelength_m)
+        for number, power in enumerate(powers):
+            seen = np.cumsum(np.pad(power >= from_db(SEEN_DB), ((0, 0), (1, 0))), axis=1)
+            shares[number, place] = ((seen[:, last] - seen[:, first]) / (last - first)).reshape(*shape[2:], first.size)
+    return shares.mean(axis=3).reshape(len(POLARIZATIONS), STARTS * LOOKS, first.size)
 
 
 @compiled

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import EARTH_RADIUS
 
+HALF = 0.5  # of the sea visible
+_SMOOTHED = 0.25  # of the range, standard deviation
 _SAMPLES = 512  # a wavelength: crossings are interpolated between them, to some 1e-5 of a wavelength
 
 
@@ -110,6 +112,31 @@ def _not_negative(v: ArrayLike) -> NDArray[np.float64]:
     if not np.all(array >= 0.0):
         raise ValueError("v must be 0 or more")
     return array
+
+
+def half_range(middle: NDArray[np.float64], share: ArrayLike) -> NDArray[np.float64]:
+    """Range [m] (…) at which the visible share (…, bin) falls through one half; NaN where it does not.
+
+    Of the curve smoothed over about a quarter of the range to either side: in any one sea crests stand where they
+    stand, and the first of the many crossings of the ragged curve would lie too near. Linear between the bins' middles
+    (bin,).
+    """
+    smooth = np.asarray(share, dtype=np.float64) @ range_smoothing(middle).T
+    falling = np.minimum.accumulate(smooth, axis=-1)
+    after = np.argmax(falling < HALF, axis=-1)
+    crosses = np.isfinite(falling[..., -1]) & (after > 0)  # 0: all above, or the first below
+    after = np.maximum(after, 1)
+    above, below = (np.take_along_axis(falling, (after - n)[..., None], -1)[..., 0] for n in (1, 0))
+    part = (above - HALF) / np.where(crosses, above - below, 1.0)
+    return np.where(crosses, middle[after - 1] + part * (middle[after] - middle[after - 1]), np.nan)
+
+
+def range_smoothing(middle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(bin, bin) weights of a straight line fitted about each bin in the logarithm of range, each bin by its area."""
+    away = np.log(middle) - np.log(middle)[:, None]
+    weight = np.exp(-0.5 * (away / _SMOOTHED) ** 2) * middle
+    zeroth, first, second = ((weight * away**power).sum(axis=1, keepdims=True) for power in range(3))
+    return weight * (second - first * away) / (zeroth * second - first**2)
 
 
 REFRACTED_RADIUS = 4.0 / 3.0 * EARTH_RADIUS  # m, of standard refraction

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,7 +119,7 @@ def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
 
 
 PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
-_AT_ONCE = 2e8  # bytes of a file that is read whole
+_AT_ONCE = 2e8  # bytes of maps and truths that are kept in memory
 
 
 @dataclass(frozen=True)
@@ -137,13 +137,14 @@ def run(
     predict: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
+    draw: Callable[..., Path] | None = None,
 ) -> RunResult:
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
     out: the folder; an earlier run in it is replaced only with `overwrite`.
     Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
-    progress: called with a line on what begins.
+    progress: called with a line on what begins. draw: draws the report in place of `report.write_report`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
     scene, say = as_scene(scene), progress or (lambda _: None)
@@ -162,10 +163,11 @@ def run(
         with _stating_what_is_left(truth_file, scene.turns), growing(folder, files):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
-            figures = deliver(iterate(scene, simulator=simulator, ahead=True, progress=progress), sinks)
+            made = TurnMemory(iterate(scene, simulator=simulator, ahead=True, progress=progress))
+            figures = deliver(made, sinks)
         say("compare: maps with the truth")
         gauges = xr.load_dataset(folder / "gauges.nc") if scene.gauges else None  # some hundred bytes a turn
-        with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
+        with made.maps_and_truth(folder) as (maps, truth):
             metrics = _metrics(simulator, maps, truth, gauges, figures)
             verified = ahead.verified() if ahead else None
             windows = ahead.windows() if ahead else None
@@ -175,22 +177,55 @@ def run(
             metrics["run_s"] = time.perf_counter() - start
             say("report: drawing")
             echoes = open_echoes(folder / "echoes.zarr")
-            from ..report import write_report  # loads matplotlib
+            if draw is None:
+                from ..report import write_report as draw  # loads matplotlib
 
-            write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
+            draw(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start
         metrics["peak_memory_bytes"] = peak_memory()
         write_whole(folder / "metrics.json", to_json(metrics))
         return RunResult(folder, metrics)
 
 
-@contextmanager
-def _read(path: Path) -> Iterator[xr.DataTree]:
-    """A tree from its file: in memory, if it is small, as each array that is read by itself takes ten milliseconds."""
-    with xr.open_datatree(path) as tree:
-        if sum(node.to_dataset(inherit=False).nbytes for node in tree.subtree) <= _AT_ONCE:
-            tree.load()
-        yield tree
+class TurnMemory:
+    """Passes turns on, and keeps the maps and truths of a run in memory while they are few: read from their files, each
+    array takes ten milliseconds."""
+
+    def __init__(self, turns: Iterable[FinishedTurn]) -> None:
+        self._turns = turns
+        self._kept: list[tuple[xr.DataTree, xr.DataTree]] = []
+
+    def __iter__(self) -> Iterator[FinishedTurn]:
+        size = 0
+        for turn in self._turns:
+            assert turn.maps is not None
+            size += turn.maps.nbytes + turn.truth.nbytes
+            if size <= _AT_ONCE:
+                self._kept.append((turn.maps, turn.truth))
+            else:
+                self._kept.clear()
+            yield turn
+            del turn  # so that memory does not hold it beside the next one
+
+    @contextmanager
+    def maps_and_truth(self, folder: Path) -> Iterator[tuple[xr.DataTree, xr.DataTree]]:
+        """Of all turns together, each with the groups `polar` and `ground`. folder: where their files are."""
+        if self._kept:
+            maps, truth = (_joined(turns) for turns in zip(*self._kept, strict=True))
+            yield maps, truth
+        else:
+            with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
+                yield maps, truth
+
+
+def _joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
+    """One tree of several turns, as their file has them."""
+    first = turns[0]
+    if len(turns) == 1:
+        return first
+    how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
+    groups = {f"/{name}": xr.concat([turn[name].to_dataset() for turn in turns], "turn", **how) for name in first}
+    return xr.DataTree.from_dict(groups)
 
 
 def _file_sinks(

@@ -208,8 +208,8 @@ def write_shadowing(
 def headlines(data: xr.Dataset) -> list[str]:
     """A line per height: beyond which range half is shadowed, along the waves, at 45°, across, all looks; a last line
     says when water is visible to a radar."""
+    from ..tracing.visibility import SEEN_DB
     from .visible_dataset import OUTSIDE  # it and the next take a second
-    from .visible_tally import RADAR_LEVEL_DB
 
     lines = []
     for height in data["height"].values:
@@ -219,11 +219,11 @@ def headlines(data: xr.Dataset) -> list[str]:
             lines.append(f"mast {height:g} m: {notes[0]}")
             continue
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
-        words = [_half_in_words(mast.sel(look=look), RADAR_LEVEL_DB) for look in looked]
+        words = [_half_in_words(mast.sel(look=look), SEEN_DB) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
-    if data["look_radar_r50"].sel(level=RADAR_LEVEL_DB).notnull().any():
+    if data["look_radar_r50"].sel(level=SEEN_DB).notnull().any():
         lines.append(
-            f"VV, HH: range beyond which less than half of the sea returns {RADAR_LEVEL_DB:g} dB or more of its "
+            f"VV, HH: range beyond which less than half of the sea returns {SEEN_DB:g} dB or more of its "
             "two-way power when lit"
         )
     return lines

@@ -14,8 +14,9 @@ from matplotlib.lines import Line2D
 
 from ..report import style
 from ..report.page_elements import Cell, Fold, Image, Table, html_page
+from ..tracing.visibility import SEEN_DB
 from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
-from .visible_tally import LOOKS, RADAR_LEVEL_DB
+from .visible_tally import LOOKS
 
 _DASHES = {"VV": "-.", "HH": ":"}
 _ALL_DASHES = ("-", *_DASHES.values(), "--")
@@ -65,7 +66,7 @@ def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     if "look_exact" in mast:
         axes.plot(distance, 100.0 * mast["look_exact"].values, "x", color=style.BLACK, markersize=3.0)
     for each, dashes in _DASHES.items() if "look_radar_r50" in mast else ():  # not in studies of versions before
-        radar = mast["look_radar_visible_fraction"].sel(polarization=each, level=RADAR_LEVEL_DB).values
+        radar = mast["look_radar_visible_fraction"].sel(polarization=each, level=SEEN_DB).values
         axes.plot(distance, 100.0 * radar, color=colour, linestyle=dashes, linewidth=0.9)
     axes.plot(distance, 100.0 * mast["look_visible_fraction"].values, color=colour)
     axes.plot([float(mast["look_r50"])], [50.0], "o", color=colour, markersize=4.0)
@@ -204,7 +205,7 @@ def _rows(data: xr.Dataset) -> list[list[Cell]]:
     for height in data["height"].values:
         for look in data["look"].values:
             values = [float(data[name].sel(height=height, look=look)) for name in names]
-            values += data["look_radar_r50"].sel(height=height, look=look, level=RADAR_LEVEL_DB).values.tolist()
+            values += data["look_radar_r50"].sel(height=height, look=look, level=SEEN_DB).values.tolist()
             numbers = [Cell(f"{each:.0f}", each) if np.isfinite(each) else Cell("—") for each in values]
             result.append([Cell(f"{height:g}", float(height)), Cell(str(look)), *numbers])
     return result

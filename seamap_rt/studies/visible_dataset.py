@@ -14,10 +14,17 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import stdtrit
 
-from ..conventions import unit_from_azimuth
+from ..conventions import POLARIZATIONS, unit_from_azimuth
 from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
-from ..physics.shadowing import regular_wave_visible_share, shadowing_smith67, shadowing_wagner67
+from ..physics.shadowing import (
+    HALF,
+    half_range,
+    range_smoothing,
+    regular_wave_visible_share,
+    shadowing_smith67,
+    shadowing_wagner67,
+)
 from ..report.reduce import main_waves
 from ..report.sea_statistics import expected_slope_variance
 from ..scene import Scene
@@ -25,13 +32,11 @@ from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
 from ..settings import SinusoidWaves
 from .paired import FEWEST_SEEDS
-from .visible_tally import LEVELS_DB, POLARIZATIONS, Looks, Tally
+from .visible_tally import LEVELS_DB, Looks, Tally
 
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-HALF = 0.5
-_SMOOTHED = 0.25  # of the range, standard deviation
 _NOTHING = 1e-9  # of the sea shadowed: rounding
 
 
@@ -56,23 +61,6 @@ def jackknife(
     return whole, low, high
 
 
-def half_range(middle: Array, share: Array) -> Array:
-    """Range [m] (…) at which the visible share (…, bin) falls through one half; NaN where it does not.
-
-    Of the curve smoothed over about a quarter of the range to either side: in any one sea crests stand where they
-    stand, and the first of the many crossings of the ragged curve would lie too near. Linear between the bins' middles
-    (bin,).
-    """
-    smooth = np.asarray(share, dtype=np.float64) @ _smoothing(middle).T
-    falling = np.minimum.accumulate(smooth, axis=-1)
-    after = np.argmax(falling < HALF, axis=-1)
-    crosses = np.isfinite(falling[..., -1]) & (after > 0)  # 0: all above, or the first below
-    after = np.maximum(after, 1)
-    above, below = (np.take_along_axis(falling, (after - n)[..., None], -1)[..., 0] for n in (1, 0))
-    part = (above - HALF) / np.where(crosses, above - below, 1.0)
-    return np.where(crosses, middle[after - 1] + part * (middle[after] - middle[after - 1]), np.nan)
-
-
 def why_no_half(middle: Array, share: Array) -> str:
     """Why a curve of shares (bin,) has no `half_range`; empty if it has one."""
     if np.isnan(share).any():
@@ -81,17 +69,9 @@ def why_no_half(middle: Array, share: Array) -> str:
         return f"nothing is shadowed within {middle[-1]:.0f} m"
     if np.isfinite(half_range(middle, share)):
         return ""
-    if float(_smoothing(middle)[0] @ share) < HALF:
+    if float(range_smoothing(middle)[0] @ share) < HALF:
         return f"less than half is visible from {middle[0]:.0f} m on"
     return f"half or more is visible to {middle[-1]:.0f} m"
-
-
-def _smoothing(middle: Array) -> Array:
-    """(bin, bin) weights of a straight line fitted about each bin in the logarithm of range, each bin by its area."""
-    away = np.log(middle) - np.log(middle)[:, None]
-    weight = np.exp(-0.5 * (away / _SMOOTHED) ** 2) * middle
-    zeroth, first, second = ((weight * away**power).sum(axis=1, keepdims=True) for power in range(3))
-    return weight * (second - first * away) / (zeroth * second - first**2)
 
 
 def neighbour_correlation(draws: Array, axis: int) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import from_db, wrap_degrees
+from ..conventions import POLARIZATIONS, from_db, wrap_degrees
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.installation import Installation
@@ -24,8 +24,6 @@ from ..tracing.visibility import two_way_power
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
-RADAR_LEVEL_DB = -6.0  # of the levels, that which is told in a line
-POLARIZATIONS = ("VV", "HH")
 LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 

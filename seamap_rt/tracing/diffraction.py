@@ -67,6 +67,21 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
     return replace(light, field=field, ray_slope=ray_slope)
 
 
+def field_over_profiles(
+    distance_m: NDArray[np.float64], height_m: NDArray[np.float64], wavelength_m: float
+) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
+    """`field` and `ray_slope` (profile, facet) of the facets between corners of profiles, for one antenna.
+
+    distance_m: of the corners from the antenna, all in front of it (corner,); height_m: above it (profile, corner).
+    """
+    shape = height_m.shape[0], distance_m.size - 1
+    field, ray_slope = np.zeros(shape, np.complex64), np.zeros(shape, np.float32)
+    station = np.zeros((shape[0], 2)), 4.0 / wavelength_m, 1.0
+    for first in (0, 1):
+        _over_edges(distance_m, height_m, first, station, _fresnel_table(), field, ray_slope)
+    return field, ray_slope
+
+
 def _chain(plane: Profile) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Distances (corner,) and heights (column, corner) of a profile's corners, outward.
 

@@ -18,8 +18,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..conventions import POLARIZATIONS
+from .diffraction import field_over_profiles
 from .illumination import Illumination
 
+SEEN_DB = -6.0  # of two-way power over that of the same water lit, from which on a radar sees it
 _HORIZON = 0.388  # f(0)/2
 _LEAST = 1e-4  # of sin ψ: what faces the ray less is taken as facing it by so much
 
@@ -33,8 +36,31 @@ def two_way_power(light: Illumination, polarization: str, permittivity: complex,
     if light.field is None or light.ray_slope is None:
         raise ValueError("light: has no field over the edges of shadows; trace it with diffraction = 'knife_edge'")
     over_edges = np.abs(light.field).min(axis=0)
-    plane = np.maximum(np.sin(np.arctan(light.slope_look) + np.arctan(light.ray_slope)), _LEAST)
-    horizon = _HORIZON * np.cbrt(np.maximum(-_bend(light), 0.0) * wavelength_m / np.pi)
+    plane = np.sin(np.arctan(light.slope_look) + np.arctan(light.ray_slope))
+    return _power(over_edges, plane, _bend(light), polarization, permittivity, wavelength_m)
+
+
+def profile_powers(
+    distance_m: NDArray, height_m: NDArray, permittivity: complex, wavelength_m: float
+) -> list[NDArray[np.float64]]:
+    """(profile, facet) of the same in each of `POLARIZATIONS`, of facets between the corners of profiles of water.
+
+    distance_m: of the corners from the antenna, evenly spaced (corner,); height_m: above it (profile, corner).
+    """
+    field, ray_slope = field_over_profiles(distance_m, height_m, wavelength_m)
+    step = distance_m[1] - distance_m[0]
+    slope = np.diff(height_m, axis=1) / step
+    plane = np.sin(np.arctan(slope) + np.arctan(ray_slope))
+    known = np.abs(field), plane, np.gradient(slope, step, axis=1)
+    return [_power(*known, each, permittivity, wavelength_m) for each in POLARIZATIONS]
+
+
+def _power(
+    over_edges: NDArray, sine: NDArray, bend: NDArray, polarization: str, permittivity: complex, wavelength_m: float
+) -> NDArray:
+    """over_edges: field that arrives; sine: of the angle under which it meets the facet; bend: its curvature, 1/m."""
+    plane = np.maximum(sine, _LEAST)
+    horizon = _HORIZON * np.cbrt(np.maximum(-bend, 0.0) * wavelength_m / np.pi)
     round_crest = np.cbrt(plane**1.5 + horizon**1.5) ** 2
     gain = round_crest / plane
     if polarization == "VV":

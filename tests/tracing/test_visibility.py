@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from seamap_rt.conventions import POLARIZATIONS
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import load_scene
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.visibility import two_way_power
+from seamap_rt.tracing.visibility import profile_powers, two_way_power
 from validation.light.wave_optics import Profile, surface_field
 
 WAVE = 0.03
 WATER = 55.0 - 37.5j
-POLARIZATIONS = ("VV", "HH")
 
 
 def light(height: Callable[[NDArray[Any]], NDArray[Any]] | float, mast_m: float = 5.0) -> Illumination:
@@ -94,3 +94,20 @@ def test_water_behind_a_crest_returns_less_the_deeper_it_lies(polarization: str)
 def test_light_without_a_field_over_edges_is_refused() -> None:
     with pytest.raises(ValueError, match="diffraction = 'knife_edge'"):
         two_way_power(replace(light(0.0), field=None), "VV", WATER, WAVE)
+
+
+@pytest.mark.parametrize("number", range(len(POLARIZATIONS)), ids=POLARIZATIONS)
+def test_a_profile_returns_what_a_mesh_of_the_same_water_does(number: int) -> None:
+    """A crest and its shadow, on corners as far apart: what is lit to 0.5 dB, and as much seen to one facet."""
+    seen = light(lambda at: crest(at, 40.0)[0] + 4.5)
+    column, near = seen.grid.columns // 2, slice(0, None, 2)
+    mesh = two_way_power(seen, POLARIZATIONS[number], WATER, WAVE)[column, near]
+    corner = np.arange(10.0, 150.0, 0.25)
+    profile = profile_powers(corner, crest(corner, 40.0)[0][None] - 0.5, WATER, WAVE)[number][0]
+    middle = 0.5 * (corner[1:] + corner[:-1])
+    lit = (seen.distance[near] < 55.0) & (seen.distance[near] > 15.0)
+    found = np.interp(seen.distance[near][lit], middle, profile)
+    assert np.abs(10.0 * np.log10(found / mesh[lit])).max() < 0.5
+    level = 10.0**-0.6
+    share = np.mean(mesh >= level), np.mean(np.interp(seen.distance[near], middle, profile) >= level)
+    assert abs(share[0] - share[1]) <= 1.5 / mesh.size

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 import seamap_rt as sr
+from seamap_rt.conventions import POLARIZATIONS
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.paths import facet_paths, wavenumber
 from seamap_rt.echoes.speckle import Motion
@@ -49,7 +50,6 @@ from validation import FIGURES
 
 UP_WAVE, DOWN_WAVE = 270.0, 90.0  # waves and wind of choppy_sea come from 270°
 LOOKS = ((UP_WAVE, "up-wave"), (DOWN_WAVE, "down-wave"))
-POLARIZATIONS = ("VV", "HH")
 SEGMENT = 400  # pulses: with a Hann window 3 Hz
 DWELL_DEG = 1.27  # two-way beam at half power
 COLOUR = {"VV": BLUE, "HH": VERMILION}

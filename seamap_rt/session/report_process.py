@@ -1,0 +1,112 @@
+"""A second process beside a run: it loads what draws while the first one simulates, and then draws the report.
+
+In an installation that has compiled no loop yet it first compiles the retrieval's, by retrieving some waves, while the
+first process compiles the simulation's. Both keep what they compile on disk, where the other finds it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import pickle
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+_OURS = f"from {__name__} import answer; answer()"
+
+
+class ReportProcess:
+    """`report.write_report` in a process of its own, for one report. A context; it ends with the process it serves.
+
+    Where it cannot be started, or has ended (no memory is left for it), the report is drawn here.
+    """
+
+    def __enter__(self) -> Self:
+        self._process: subprocess.Popen[bytes] | None = None
+        with contextlib.suppress(OSError):
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _OURS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            )
+        return self
+
+    def __call__(self, *given: Any) -> Path:
+        """Draw what `write_report` is given, and raise what it raises."""
+        if self._process is None or self._process.stdin is None or self._process.stdout is None:
+            return write_report(*given)
+        try:
+            with self._process.stdin as sent:
+                pickle.dump(given, sent)
+            drawn = pickle.load(self._process.stdout)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            return write_report(*given)
+        if isinstance(drawn, Exception):
+            raise drawn
+        return drawn
+
+    def __exit__(self, *raised: object) -> None:
+        if self._process is not None:
+            self._process.kill()  # it has nothing to finish
+            with self._process:
+                pass
+
+
+def write_report(*given: Any) -> Path:
+    """As the report's own, whose loading takes a second."""
+    from ..report import write_report
+
+    return write_report(*given)
+
+
+def answer() -> None:
+    """Draw the report that is sent on the standard input; the answer is its path, or an error."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that it serves
+    answers, sys.stdout = sys.stdout.buffer, sys.stderr
+    if not is_compiled():
+        compile_retrieval()
+    from .. import report
+
+    _ = report.write_report  # loads Matplotlib
+    try:
+        given = pickle.load(sys.stdin.buffer)
+    except EOFError:
+        return
+    try:
+        drawn: Any = report.write_report(*given)
+    except Exception as error:
+        drawn = error
+    pickle.dump(drawn, answers)
+    answers.flush()
+
+
+def is_compiled() -> bool:
+    """Whether the retrieval's loops have been compiled, by this or another process."""
+    from ..interferometry.estimation import optimal_kernel
+
+    loop: Any = optimal_kernel.interpolate
+    return any(Path(loop.stats.cache_path).glob("optimal_kernel.interpolate-*.nbi"))
+
+
+def compile_retrieval() -> None:
+    """Retrieve a turn over waves that are high enough for the phase's cycle to be looked for."""
+    from ..echoes.dataset import echo_dataset
+    from ..interferometry import retrieve
+    from ..radar.link import wavelength
+    from ..radar.scan import pulses
+    from ..radar.waveform import gates
+    from ..resolved_scene import installation_of
+    from ..scene import load_scene
+    from ..wavefield import sea_state
+
+    installation = installation_of(load_scene("tiny"))
+    radar = installation.radar
+    fired, slant = pulses(installation, 0), gates(radar)
+    ground = np.sqrt(np.maximum(slant**2 - radar.height_m**2, 0.0))
+    above = fired.pose.positions[0, :, 2, None] - 2.0 * np.sin(ground / 6.0)
+    phase = -2.0 * np.pi / wavelength(radar) * np.hypot(ground, above)
+    speckle = np.random.default_rng(0).standard_normal((2, fired.number.size, 1, slant.size))
+    voltage = (1e-3 * (speckle[0] + 1j * speckle[1]) * np.exp(1j * phase)).astype(np.complex64)
+    sea_state(retrieve(echo_dataset(installation, [fired], [voltage])))

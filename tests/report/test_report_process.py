@@ -1,0 +1,79 @@
+"""The report of a second process is the one that is drawn here; and what that process compiles is what a run needs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import made_run
+import pytest
+from made_run import Run
+
+from seamap_rt.report import write_report
+from seamap_rt.session.report_process import ReportProcess
+
+run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
+
+_COMPARE = """
+import sys
+from numba.core.registry import CPUDispatcher
+from seamap_rt import load_scene, retrieve, simulate
+from seamap_rt.session.report_process import compile_retrieval
+from seamap_rt.wavefield import sea_state
+
+def signatures():
+    own = [name for name in sys.modules if name.startswith(("seamap_rt.interferometry", "seamap_rt.wavefield"))]
+    loops = [each for name in own for each in vars(sys.modules[name]).values() if isinstance(each, CPUDispatcher)]
+    return {(each.py_func.__qualname__, str(signature)) for each in loops for signature in each.signatures}
+
+compile_retrieval()
+before = signatures()
+sea_state(retrieve(simulate(load_scene("tiny", {"tracing.tracer": "horizon"})).echoes))
+assert len(before) > 10, before
+print(*sorted(map(str, signatures() - before)), sep="\\n")
+"""
+
+
+def _given(run: Run, folder: Path) -> tuple[Any, ...]:
+    return folder, run.scene, run.maps, run.truth, run.metrics, run.echoes
+
+
+def test_both_processes_draw_the_same(run: Run, tmp_path: Path) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    write_report(*_given(run, here))
+    with ReportProcess() as draw:
+        assert draw(*_given(run, there)) == there / "report.html"
+    names = sorted(each.name for each in here.iterdir())
+    assert names == sorted(each.name for each in there.iterdir())
+    one, other = (re.sub(r"base64,[^\"]*", "", (each / "report.html").read_text()) for each in (here, there))
+    assert one == other  # but for pictures: this process draws them coarsely, for speed
+
+
+def test_a_process_that_has_ended_leaves_the_drawing_here(run: Run, tmp_path: Path) -> None:
+    with ReportProcess() as draw:
+        assert draw._process is not None
+        draw._process.kill()
+        draw._process.wait()
+        assert draw(*_given(run, tmp_path)).is_file()
+
+
+def test_an_error_of_the_drawing_is_raised_here(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    with ReportProcess() as draw, pytest.raises(OSError, match="file"):
+        draw(*_given(run, tmp_path / "file"))
+
+
+def test_nothing_is_left_of_a_process_that_was_given_nothing() -> None:
+    with ReportProcess() as draw:
+        process = draw._process
+    assert process is not None
+    assert process.returncode is not None
+
+
+def test_what_is_compiled_before_is_what_a_retrieval_needs() -> None:
+    ended = subprocess.run([sys.executable, "-c", _COMPARE], capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.strip() == ""
