@@ -218,8 +218,8 @@ class Simulator:
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
-            known = scene.scattering.polarization, [under_water], number, scene.resolved_retrieval
-            echoes = echo_dataset(installation, [fired], [received], *known)
+            rest = scene.scattering.polarization, [under_water], number, scene.resolved_retrieval
+            echoes = echo_dataset(installation, [fired], [received], *rest)
         with clock("truth"):
             ground = ground_truth(self.sea, installation, scene.retrieval, number)
             known = where_known(truth, self.sea, installation, scene.retrieval)

@@ -4,5 +4,5 @@ import os
 
 from . import main
 
-os.environ.setdefault("COLUMNS", "120")
+os.environ.setdefault("COLUMNS", "120")  # else lines are broken at 80 where no terminal says how wide it is
 main()

@@ -18,7 +18,6 @@ from ..echoes.slow_time import interpolation_loss
 from ..echoes.speckle import speckle_truncation
 from ..physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
 from ..radar import link, precision
-from ..radar.array import antenna_array
 from ..radar.receiver import stray_within_pulse
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..scattering import MEAN_MODELS, mean_level, sea_state_from_wind
@@ -73,7 +72,7 @@ def _finite(case: Case, groups: Sequence[Callable[[Case], Iterator[Row]]]) -> li
 
 
 def _no_geometry(case: Case) -> Iterator[Row]:
-    radar, detail, array = case.scene.radar, case.scene.detail, antenna_array(case.scene.radar)
+    radar, detail, array = case.radar, case.scene.detail, case.array
     far, width, bounced = radar.range_m[1], sector_width(radar), second_bounce_share(case.resolved.mean_square_slope)
     error, source = "% of what scatters evenly meets the sea again", "view factors of resolved waves"
     says = "the second bounce is not traced, and that of mirrors not estimated"
@@ -106,7 +105,7 @@ def _no_geometry(case: Case) -> Iterator[Row]:
 
 def _truncated(case: Case) -> Iterator[Row]:
     """What comes from further aside, or in range, than facets are summed, and what the pulses between nodes miss."""
-    radar, sigma = case.scene.radar, case.resolved.elevation_std
+    radar, sigma = case.radar, case.resolved.elevation_std
     share = truncation_share(sigma, case.scene.tracing.height_error_m)
     aside = "" if radar.scan == "staring" else f" within {beam_truncation(radar, share):.3g} beams to either side"
     says = f"facets are summed{aside} up to {float(db(share)):.2g} dB of the power; lower tracing.height_error_m"
@@ -124,7 +123,7 @@ def _truncated(case: Case) -> Iterator[Row]:
 
 
 def _no_boat(case: Case) -> Iterator[Row]:
-    scene, boat, tilt = case.scene, case.scene.platform, case.boat_tilt
+    scene, boat, tilt = case.scene, case.boat, case.boat_tilt
     if boat == PlatformSettings():
         error, source = f"{HEIGHT} {case.at}, were it unknown", TILT.format(math.degrees(tilt))
         says = "it lies still; platform.motion = 'wave_following' lets it ride"
@@ -137,11 +136,11 @@ def _no_boat(case: Case) -> Iterator[Row]:
         off, says = case.resolved.elevation_std * math.tan(tilt), "the fan is laid on the mean sea"
         yield row(name, off, "m rms of position", source, says)
     sailed = boat.speed_m_s * scene.turns * scene.turn_duration_s
-    if sailed > 0.5 * scene.radar.range_m[1]:
+    if sailed > 0.5 * case.radar.range_m[1]:
         says = "they stay centred on the origin"
         yield row("ground maps around the boat", sailed, "m of position at the end", "speed × time", says)
 
-    objects, width = scene.objects, scene.radar.antenna.width_m
+    objects, width = scene.objects, case.radar.antenna.width_m
     nearest = min((float(np.linalg.norm(each.position_m)) for each in objects), default=0.0)
     if nearest > 0.0:
         behind, error = width * max(0.0, case.middle_m / nearest - 1.0), f"m of half shadow {case.at}"
@@ -183,7 +182,7 @@ def _unresolved_shadows(case: Case) -> Iterator[Row]:
 
 
 def _no_scattering(case: Case) -> Iterator[Row]:
-    scattering, radar, own_echo = case.scene.scattering, case.scene.radar, f"{OWN_ECHO} {case.at}"
+    scattering, radar, own_echo = case.scene.scattering, case.radar, f"{OWN_ECHO} {case.at}"
     if scattering.doppler == "orbital":
         speed, says = bragg_speed(radar.frequency_hz), "facets move with the water only; scattering.doppler = 'full'"
         cycles, source = precision.doppler_cycles(radar, speed), f"2vT/λ, v = {speed:.2g} m/s of Bragg waves"
@@ -211,7 +210,7 @@ def _no_scattering(case: Case) -> Iterator[Row]:
 
 
 def _no_mean(case: Case) -> Iterator[Row]:
-    scattering, radar = case.scene.scattering, case.scene.radar
+    scattering, radar = case.scene.scattering, case.radar
     if scattering.mean_model is None:
         return
     model, middle = MEAN_MODELS[scattering.mean_model], (scattering, math.degrees(case.grazing), radar.frequency_hz)
@@ -239,7 +238,7 @@ def _of_record(case: Case) -> Iterator[Row]:
     """What a record of the sea does not hold."""
     from ..io.recorded_sea import recorded_sea
 
-    file, resolved, far = recorded_sea(case.scene.sea.file), case.resolved, case.scene.radar.range_m[1]
+    file, resolved, far = recorded_sea(case.scene.sea.file), case.resolved, case.radar.range_m[1]
     says = f"frames {file.step_s:.3g} s and points {file.spacing_m:.3g} m apart; between them six frames and a spline"
     source = "Lagrange's and the spline's error, wave by wave"
     yield row("the sea between a record's frames", resolved.elevation_error, HEIGHT, source, says)

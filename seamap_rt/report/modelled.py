@@ -14,7 +14,7 @@ from ..conventions import db
 from ..interferometry.phase.interferogram import LASTING
 from ..physics.shadowing import shadow_kept
 from ..radar import link, precision
-from ..radar.array import antenna_array, common_squint_deg
+from ..radar.array import Array, antenna_array, common_squint_deg
 from ..radar.digital import decimation, full_scale_w, quantisation_db
 from ..radar.platform import tilt_std
 from ..radar.receiver import measures_phase, noise_power, pulse_coherence, transmit_phase_error
@@ -28,7 +28,7 @@ from ..scattering.sea_spikes import sea_spikes
 from ..scattering.texture import Texture
 from ..scene import Scene
 from ..sea import Resolved, ResolvedWaves
-from ..settings import PlatformSettings, ScatteringSettings
+from ..settings import PlatformSettings, RadarSettings, ScatteringSettings
 
 Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, unit, source
 Rows = Sequence[Mapping[str, Any]]
@@ -112,17 +112,29 @@ class Case:
     scene: Scene
     resolved: Resolved
 
+    @property
+    def radar(self) -> RadarSettings:
+        return self.scene.radar
+
+    @property
+    def boat(self) -> PlatformSettings:
+        return self.scene.platform
+
+    @cached_property
+    def array(self) -> Array:
+        return antenna_array(self.radar)
+
     def level(self, range_m: float) -> float:
         """Mean σ0, a ratio."""
-        grazing_deg = np.degrees(link.grazing_angle(self.scene.radar, range_m))
-        return float(mean_level(self.scene.scattering, grazing_deg, self.scene.radar.frequency_hz))
+        grazing_deg = np.degrees(link.grazing_angle(self.radar, range_m))
+        return float(mean_level(self.scene.scattering, grazing_deg, self.radar.frequency_hz))
 
     def signal_to_noise(self, range_m: float) -> float:
-        return link.signal_to_noise(self.scene.radar, self.level(range_m), range_m)
+        return link.signal_to_noise(self.radar, self.level(range_m), range_m)
 
     @cached_property
     def middle_m(self) -> float:
-        return link.middle_m(self.scene.radar)
+        return link.middle_m(self.radar)
 
     @property
     def at(self) -> str:
@@ -131,12 +143,12 @@ class Case:
     @cached_property
     def grazing(self) -> float:
         """rad, there."""
-        return float(link.grazing_angle(self.scene.radar, self.middle_m))
+        return float(link.grazing_angle(self.radar, self.middle_m))
 
     @cached_property
     def cell_m2(self) -> float:
         """Area of a cell there."""
-        return float(link.cell_area(self.scene.radar, self.middle_m))
+        return float(link.cell_area(self.radar, self.middle_m))
 
     @property
     def clutter_shape(self) -> float:
@@ -149,19 +161,19 @@ class Case:
 
     @cached_property
     def facing(self) -> FrontFacets:
-        return front_facets(self.scene.scattering, self.scene.radar.frequency_hz, self.grazing, self.resolved)
+        return front_facets(self.scene.scattering, self.radar.frequency_hz, self.grazing, self.resolved)
 
     @cached_property
     def strain_db(self) -> float:
         """Rms hydrodynamic modulation."""
-        rate = relaxation_rate(self.scene.radar.frequency_hz, self.scene.scattering.wind_speed_m_s)
+        rate = relaxation_rate(self.radar.frequency_hz, self.scene.scattering.wind_speed_m_s)
         return modulation_db(self.waves.strain_std(rate))
 
     @cached_property
     def tilting(self) -> tuple[float, float]:
         """Rms height [m] and slope along the look of the waves that tilt the facets, over all looks."""
         short = ShortWaves.of(self.scene.scattering, self.resolved.wavenumber_limit)
-        divide = short.divide(radar_wavenumber(self.scene.radar.frequency_hz))
+        divide = short.divide(radar_wavenumber(self.radar.frequency_hz))
         return short.tilt_height(divide), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
 
     @cached_property
@@ -172,20 +184,20 @@ class Case:
     @cached_property
     def hidden_by_tilts(self) -> float:
         """% of the window that these waves hide from light on top of the resolved ones."""
-        radar, slopes = self.scene.radar, self.resolved.look_slope_variance
+        radar, slopes = self.radar, self.resolved.look_slope_variance
         both = link.shadowed_share(radar, slopes + self.tilting[1] ** 2)
         return 100.0 * (both - link.shadowed_share(radar, slopes))
 
     @cached_property
     def boat_tilt(self) -> float:
         """Rms tilt [rad] along the look; of a boat that has no motion, that which the waves would give it."""
-        boat = self.scene.platform
+        boat = self.boat
         moving = boat.model_copy(update={"motion": "wave_following"}) if boat == PlatformSettings() else boat
         return tilt_std(moving, self.scene.turns * self.scene.turn_duration_s, self.waves)
 
 
 def _sea(case: Case) -> Iterator[Row]:
-    sea, tracing, radar, resolved = case.scene.sea, case.scene.tracing, case.scene.radar, case.resolved
+    sea, tracing, radar, resolved = case.scene.sea, case.scene.tracing, case.radar, case.resolved
     shares = f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the slopes'"
     says = f"{sea.model}, evolving; waves longer than {2.0 * resolved.resolution_m:.3g} m resolved: {shares}"
     if resolved.record_start is not None:
@@ -218,7 +230,7 @@ def _sea(case: Case) -> Iterator[Row]:
 
 
 def _echoes(case: Case) -> Iterator[Row]:
-    radar, scattering = case.scene.radar, case.scene.scattering
+    radar, scattering = case.radar, case.scene.scattering
     theory, model = scattering.nrcs == "two_scale", MEAN_MODELS.get(scattering.mean_model or "")
     paper = model.paper if model else ""
     around = "" if model is None or model.knows_wind_direction else " over azimuth"
@@ -262,7 +274,7 @@ def _echoes(case: Case) -> Iterator[Row]:
 
 
 def _radar(case: Case) -> Iterator[Row]:
-    radar, array, sigma = case.scene.radar, antenna_array(case.scene.radar), case.resolved.elevation_std
+    radar, array, sigma = case.radar, case.array, case.resolved.elevation_std
     paths, first, squint = array.phase_paths, array.first_antenna, common_squint_deg(radar)
     best = array.whole and radar.transmit == "switched" and case.scene.retrieval.paths == "best"
     best = best and pulse_coherence(radar) >= LASTING
@@ -306,7 +318,7 @@ def _radar(case: Case) -> Iterator[Row]:
 
 def _magnetron(case: Case, pairs: bool) -> Row:
     """pairs: whether heights come from pulses that were sent with unlike phases."""
-    radar, error = case.scene.radar, transmit_phase_error(case.scene.radar)
+    radar, error = case.radar, transmit_phase_error(case.radar)
     carrier = f"its carrier strays by {1e-3 * radar.frequency_jitter_hz:g} kHz rms"
     if not measures_phase(radar):
         says = f"a random phase at each pulse; {carrier}; heights come from single pulses, and there are no velocities"
@@ -314,7 +326,7 @@ def _magnetron(case: Case, pairs: bool) -> Row:
         return row("magnetron", height, f"{HEIGHT} by its carrier", source, says)
     says = f"a random phase at each pulse, taken off to {math.degrees(error):g}° rms; {carrier}"
     lost, source = 1.0 - pulse_coherence(radar), "1 − exp(−σ²)"
-    if not pairs or antenna_array(radar).baseline_m == 0.0:
+    if not pairs or case.array.baseline_m == 0.0:
         return row("magnetron", lost, "1 of the coherence between pulses", source, f"{says}; heights do not use it")
     height, source = precision.pair_height_error(radar, error, case.middle_m), "σ √(2/N) of N pulses of either receiver"
     return row("magnetron", height, f"{HEIGHT} {case.at}, of a look as a whole", source, says)
@@ -329,7 +341,7 @@ def patches(case: Case, says: str) -> Row:
 
 def converter(case: Case) -> Row:
     """The same number, modelled or not; automatic gain takes the near gate's echo for the strongest."""
-    radar, receiver = case.scene.radar, case.scene.radar.receiver
+    radar, receiver = case.radar, case.radar.receiver
     strongest = case.signal_to_noise(float(link.window_m(radar)[0])) * noise_power(radar)
     try:
         noise = quantisation_db(radar, float(full_scale_w(radar, strongest)))
@@ -343,13 +355,13 @@ def converter(case: Case) -> Row:
 
 
 def _boat(case: Case) -> Iterator[Row]:
-    boat = case.scene.platform
+    boat = case.boat
     sensors = "sensors perfect" if boat.sensors == type(boat.sensors)() else "its sensors err"
     says = f"platform.motion = '{boat.motion}', {boat.speed_m_s:g} m/s; {sensors}"
     tilt = 0.0 if boat == PlatformSettings() else case.boat_tilt
     yield row("boat", case.middle_m * tilt, f"{HEIGHT} {case.at}", TILT.format(math.degrees(tilt)), says)
 
-    radar, objects, over = case.scene.radar, case.scene.objects, list[float]()
+    radar, objects, over = case.radar, case.scene.objects, list[float]()
     near, far = link.window_m(radar)[[0, -1]]
     for each in objects:
         if each.rcs_dbsm is not None:

@@ -22,7 +22,7 @@ from ..io.polar_images import write_polar_image
 from ..io.results_folder import clear_folder, growing, results_folder
 from ..io.text import InRows
 from ..report.headline import run_facts
-from ..scene import Scene, SceneLike, as_scene
+from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import FinishedTurn, Progress, deliver, iterate
 
@@ -76,10 +76,14 @@ class ImageSink(AbstractContextManager):
 
     stage = "write"
 
-    def __init__(self, folder: Path, scene: Scene) -> None:
-        self._folder, self._radar = folder / IMAGES, scene.radar
-        wind = scene.scattering.wind_speed_m_s, scene.scattering.wind_from_deg
-        self._said = {"ship_speed_m_s": scene.platform.speed_m_s, "wind_speed_m_s": wind[0], "wind_from_deg": wind[1]}
+    def __init__(self, folder: Path, simulator: Simulator) -> None:
+        installation, scattering = simulator.installation, simulator.scene.scattering
+        self._folder, self._radar = folder / IMAGES, installation.radar
+        self._said = {
+            "ship_speed_m_s": installation.platform.speed_m_s,
+            "wind_speed_m_s": scattering.wind_speed_m_s,
+            "wind_from_deg": scattering.wind_from_deg,
+        }
         self._last: Path | None = None
 
     def turn(self, turn: FinishedTurn) -> None:
@@ -96,9 +100,9 @@ class ImageSink(AbstractContextManager):
         """Whole files stay."""
 
 
-def image_sinks(folder: Path, scene: Scene) -> list[ImageSink]:
-    """The pictures of a scene whose radar shows any."""
-    return [ImageSink(folder, scene)] if scene.radar.receiver.chain == "video" else []
+def image_sinks(folder: Path, simulator: Simulator) -> list[ImageSink]:
+    """The pictures of a radar that shows any."""
+    return [ImageSink(folder, simulator)] if simulator.installation.radar.receiver.chain == "video" else []
 
 
 class Memory(AbstractContextManager):
@@ -195,7 +199,7 @@ def simulate(
             clear_folder(folder, PRODUCTS)
             store, file = EchoStore(folder / "echoes.zarr"), AppendableNetCDF(folder / "truth.nc")
             with growing(folder, PRODUCTS[:2]):
-                sinks = [FileSink(file, lambda t: t.truth), *image_sinks(folder, scene)]
+                sinks = [FileSink(file, lambda t: t.truth), *image_sinks(folder, simulator)]
                 figures = deliver(turns, [*sinks, FileSink(store, lambda t: t.echoes)])
         echoes, truth = open_echoes(store.path), xr.open_datatree(file.path)
     facts = run_facts(scene, simulator.sea, simulator.surface)

@@ -240,7 +240,7 @@ def _file_sinks(
         sinks.append(gauge_sink(AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")), simulator))
     if ahead is not None:
         sinks.append(ahead)
-    sinks += image_sinks(folder, simulator.scene)
+    sinks += image_sinks(folder, simulator)
     return [*sinks, FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes)]
 
 

@@ -250,7 +250,9 @@ def test_the_surface_takes_them_and_the_expectation_does_not() -> None:
     assert found.motion is not None
     assert found.motion.breaking is not None
     assert found.running is not None
-    own = found.motion.breaking * found.motion.breaker_speed[:, None] + found.running - surface.drift(facets)
+    drift = surface.drift(facets)
+    assert drift is not None
+    own = found.motion.breaking * found.motion.breaker_speed[:, None] + found.running - drift
     np.testing.assert_allclose(own, found.motion.breaking * field.speed, atol=1e-5)
     calm = scene.model_copy(update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})})
     np.testing.assert_array_equal(expected(scene)["power"], expected(calm)["power"])

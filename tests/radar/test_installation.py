@@ -386,7 +386,7 @@ def test_a_turn_is_handed_a_radar_that_is_resolved(keys: dict[str, Any], monkeyp
     assert len(made) <= ("radar.transmitter" in keys)
 
 
-@pytest.mark.parametrize("room", ["echoes", "truth", "mesh"])
+@pytest.mark.parametrize("room", ["echoes", "truth", "mesh", "session"])
 def test_rooms_are_handed_the_installation(room: str) -> None:
     """They take radar and platform from no scene: those of a second installation reach them by the same way."""
     for path in (Path(seamap_rt.__file__).parent / room).rglob("*.py"):
