@@ -49,7 +49,7 @@ SUBJECTS = {
     "Breakers": Subject(
         "Breakers are a share of each facet",
         "are a share of each facet unless",
-        ("the scatterers' own", "tilt, strain", "a breaker's life", "breakers", "hydrodynamic"),
+        ("the scatterers' own", "tilt, strain", "a breaker's life", "breakers", "patches of breakers", "hydrodynamic"),
     ),
     "The mean echo": Subject(
         "uncertain by 2–3 dB",
