@@ -210,18 +210,17 @@ def result(name: str) -> dict[str, Any]:
 
 
 def figure(path: str) -> float:
-    """The number at `NAME/row/column` or `NAME/title/row/column`: column by its name or its number from 1; `#2` takes
-    the second number of a cell. KeyError where there is none, or more than one."""
-    name, *keys = path.split("/")
-    *keys, column = keys
-    column, _, which = column.partition("#")
-    title, row = keys if len(keys) == 2 else ("", keys[0])
+    """The number at `NAME :: row :: column` or `NAME :: title :: row :: column`, of a row by its first cell or its first two,
+    of a column by its name or its number from 1; `#2` takes the second number of a cell. KeyError where there is none, or
+    more than one."""
+    name, *title, row, last = path.split(" :: ")
+    column, _, which = last.partition("#")
     found = [
         cells[1 + table["columns"].index(column)] if column in table["columns"] else cells[int(column)]
         for table in result(name)["tables"]
-        if title in table["title"] and (column in table["columns"] or column.isdigit())
+        if (not title or title[0] in table["title"]) and (column in table["columns"] or column.isdigit())
         for cells in table["rows"]
-        if cells[0] == row
+        if row in (cells[0], ", ".join(cells[:2]))
     ]
     if len(found) != 1:
         raise KeyError(f"{path}: {len(found)} cells in results/{name}.json, not one")
@@ -233,7 +232,7 @@ def number(text: str) -> float:
 
 
 def quotes(text: str) -> list[tuple[str, str]]:
-    """(figure as quoted, path) of a text: `<!-- 0.092 = maps/row/rms; … -->` after the words that quote."""
+    """(figure as quoted, path) of a text: `<!-- 0.092 = maps :: row :: rms; … -->` after the words that quote."""
     comments = re.findall(r"<!-- (\S+ = .*?) -->", text, flags=re.DOTALL)
     entries = [entry.split(" = ", 1) for comment in comments for entry in " ".join(comment.split()).split("; ")]
     return [(quoted, path) for quoted, path in entries]

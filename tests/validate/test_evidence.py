@@ -1,0 +1,95 @@
+"""What the READMEs quote is what results hold, each study judges code that exists, and a result's page is its tables."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from validation import evidence
+
+ROOT = Path(__file__).parents[2]
+READMES = ("README.md", "validation/README.md")
+
+
+def quoted(readme: str) -> list[tuple[str, str, str]]:
+    """(words before a comment since the last heading or comment, figure, path) of each figure that a README quotes."""
+    made, start = [], 0
+    text = (ROOT / readme).read_text(encoding="utf-8")
+    for found in re.finditer(r"<!-- \S+ = .*? -->|^#[^\n]*", text, flags=re.MULTILINE | re.DOTALL):
+        made += [(text[start : found.start()], *entry) for entry in evidence.quotes(found[0])]
+        start = found.end()
+    return made
+
+
+@pytest.mark.parametrize("readme", READMES)
+def test_each_quoted_figure_is_that_of_its_result(readme: str) -> None:
+    """Every figure with a source stands in the words before it and equals its result to its own digits."""
+    figures = quoted(readme)
+    whole = r"(?<![\d.,]){}(?!\d|[.,]\d)"
+    wrong = [
+        f"{figure}: not in the words before"
+        for words, figure, _ in figures
+        if not re.search(whole.format(re.escape(figure)), words)
+    ]
+    wrong += [
+        f"{figure}: {path} is {evidence.figure(path)}"
+        for _, figure, path in figures
+        if not evidence.agrees(figure, path)
+    ]
+    assert len(figures) > 10
+    assert not wrong, "; ".join(wrong)
+
+
+@pytest.mark.parametrize("readme", READMES)
+def test_each_verdict_has_a_source(readme: str) -> None:
+    """Every section that shows a figure table with a verdict, or names a study's command, states what it quotes."""
+    text = (ROOT / readme).read_text(encoding="utf-8")
+    for section in re.split(r"^#+ ", text, flags=re.MULTILINE):
+        if "| verdict |" in section:
+            assert section.count("| verdict |") <= section.count("<!-- "), section[:80]
+
+
+@pytest.mark.parametrize("name", evidence.STUDIES)
+def test_a_study_runs_a_module_that_exists_on_code_that_exists(name: str) -> None:
+    study = evidence.STUDIES[name]
+    module = study.words(1)[1].replace(".", "/")
+    assert any((ROOT / f"{module}{end}").exists() for end in (".py", "/__main__.py")), module
+    assert all((ROOT / each).exists() for each in study.files), study.files
+    assert study.kind in evidence.KINDS
+    assert (study.draw is not None) == ("{draw}" in study.command)
+
+
+@pytest.mark.parametrize("path", sorted(evidence.RESULTS.glob("*.json")), ids=lambda path: path.stem)
+def test_a_result_says_where_it_is_from(path: Path) -> None:
+    """Command, commit, date, kind and subject; machine and seconds unless it is carried; rows under its columns."""
+    made = evidence.result(path.stem)
+    assert made["command"].startswith("python ")
+    assert re.match(r"[0-9a-f]{7}", made["commit"])
+    assert re.match(r"20\d\d-\d\d-\d\d", made["date"])
+    assert made["kind"] in evidence.KINDS
+    assert made["subject"]
+    assert made.get("carried") or (made["machine"] and made["seconds"] > 0.0)
+    assert made["tables"]
+    assert path.with_suffix(".md").exists()
+    for table in made["tables"]:
+        assert all(len(row) <= 1 + len(table["columns"]) for row in table["rows"] if table["columns"]), table["title"]
+
+
+def test_tables_of_what_studies_print() -> None:
+    """Markdown rows, aligned columns and single lines become rows by name; what has no number is a title."""
+    printed = "Heights:\n\n| sea | rms | bias |\n|---|---|---|\n| calm | 0.01 m | −2 mm |\n\nsides\nlow   1.5  2\n12 of 24 hold"
+    heights, sides = evidence.tables(printed)
+    assert heights == {"title": "Heights", "columns": ["rms", "bias"], "rows": [["calm", "0.01 m", "−2 mm"]]}
+    assert sides == {"title": "sides", "columns": [], "rows": [["low", "1.5", "2"], ["12 of 24 hold", "12", "24"]]}
+
+
+@pytest.mark.parametrize(
+    ("quote", "value", "right"), [("0.99", 0.991, True), ("0.99", 0.996, False), ("−3", -3.4, True)]
+)
+def test_a_quote_holds_to_its_own_digits(
+    monkeypatch: pytest.MonkeyPatch, quote: str, value: float, right: bool
+) -> None:
+    monkeypatch.setattr(evidence, "figure", lambda _: value)
+    assert evidence.agrees(quote, "any :: row :: column") is right
