@@ -68,7 +68,6 @@ STUDIES: dict[str, Study] = {
     # maps
     "maps": Study("scene", 12, "retrieval.maps --only accuracy,floor,errorbars,slopes", _MAPS),
     "phase_cycles": Study("scene", 3, "retrieval.maps --only ambiguity", _MAPS),
-    "retrieval_speed": Study("time", 1, "retrieval.maps --only speed", "interferometry"),
     "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 823),
     "slopes": Study("scene", 1, "retrieval.slopes", _MAPS),
     "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 731),
@@ -97,8 +96,6 @@ STUDIES: dict[str, Study] = {
     "doppler": Study("debug", 3, "scattering.doppler", "scattering echoes"),
     "texture": Study("debug", 1, "scattering.texture", "scattering echoes tracing sea"),
     "sea_spikes": Study("scene", 20, "scattering.sea_spikes", "scattering echoes"),
-    "breaking_places": Study("scene", 8, "scattering.breaking_places", "scattering"),
-    "scattering_speed": Study("time", 1.5, "scattering.scattering_speed --rounds 4", "scattering echoes"),
     # light and shadow
     "paths": Study("debug", 1, "light.paths", "tracing"),
     "detail": Study("debug", 4, "light.detail", "mesh tracing echoes"),
@@ -111,13 +108,11 @@ STUDIES: dict[str, Study] = {
     "half_visible": Study("debug", 6, "light.half_visible --profiles 10 --seed 43", "tracing/visibility.py studies"),
     "hard_cases": Study("debug", 3, "hard_cases.report --full", _MAPS),
     # the radar
-    "antenna": Study("debug", 0.2, "radar.antenna", "radar"),
-    "truncation": Study("debug", 3, "radar.truncation", "echoes"),
-    "between_nodes": Study("debug", 4, "radar.between_nodes", "echoes"),
+    "truncation": Study("debug", 3, "radar.neglected_power --of sides", "echoes"),
+    "between_nodes": Study("debug", 4, "radar.neglected_power --of nodes", "echoes"),
     "modes": Study("scene", 8, "radar.modes --seeds 3", _MAPS),
     "transmitters": Study("scene", 4, "radar.transmitters --seeds 3", _MAPS),
     "riding": Study("scene", 4, "radar.riding --seeds 3", _MAPS),
-    "boat": Study("scene", 1, "radar.boat", "radar"),
     "waveforms": Study("scene", 1.5, "radar.waveforms --seeds 1", _MAPS),
     "digital": Study("debug", 0.5, "radar.digital", "radar"),
     # forecasts
@@ -127,7 +122,6 @@ STUDIES: dict[str, Study] = {
     "windows": Study("scene", 30, "prediction.windows --seeds 12 --first 611 --turns 30", _AHEAD),
     "windows_drawn": Study("validate", 20, "prediction.windows --draw {draw}", _AHEAD, 943),
     "designers": Study("scene", 60, "prediction.designers", _AHEAD),
-    "physics": Study("scene", 15, "prediction.physics --seeds 1", _AHEAD),
     "blur": Study("debug", 1, "prediction.blur", "interferometry prediction"),
     "buoys": Study("validate", 15, "prediction.buoys", "prediction"),
     # how far it sees
@@ -210,21 +204,26 @@ def result(name: str) -> dict[str, Any]:
 
 
 def figure(path: str) -> float:
-    """The number at `NAME :: row :: column` or `NAME :: title :: row :: column`, of a row by its first cell or its first two,
-    of a column by its name or its number from 1; `#2` takes the second number of a cell. KeyError where there is none, or
-    more than one."""
+    """The number at `NAME :: row :: column` or `NAME :: title :: row :: column`.
+
+    A row by its first cell, its first two, or how it begins; a column by its name or its number from 1; `#2` takes the
+    second number of a cell. KeyError where there is no such cell, or more than one.
+    """
     name, *title, row, last = path.split(" :: ")
     column, _, which = last.partition("#")
     found = [
-        cells[1 + table["columns"].index(column)] if column in table["columns"] else cells[int(column)]
+        (row in (cells[0], ", ".join(cells[:2])), table["columns"], cells)
         for table in result(name)["tables"]
         if (not title or title[0] in table["title"]) and (column in table["columns"] or column.isdigit())
         for cells in table["rows"]
-        if row in (cells[0], ", ".join(cells[:2]))
+        if cells[0].startswith(row) or ", ".join(cells[:2]) == row
     ]
+    found = [each for each in found if each[0]] or found
     if len(found) != 1:
         raise KeyError(f"{path}: {len(found)} cells in results/{name}.json, not one")
-    return number(NUMBER.findall(found[0])[int(which or 1) - 1])
+    _, columns, cells = found[0]
+    cell = cells[1 + columns.index(column)] if column in columns else cells[int(column)]
+    return number(NUMBER.findall(cell)[int(which or 1) - 1])
 
 
 def number(text: str) -> float:
@@ -250,11 +249,15 @@ def git(*words: str) -> str:
 
 
 def changes(name: str) -> int | None:
-    """How many commits touched the subject of a study since its result; None without a result."""
+    """How many commits touched the subject of a study since its result, by its date where its commit is not in this
+    history; None without a result."""
     if not (RESULTS / f"{name}.json").exists():
         return None
     made = result(name)
-    return len(git("log", "--format=%h", f"{made['commit'].split()[0]}..HEAD", "--", *made["subject"]).splitlines())
+    commit = made["commit"].split()[0]
+    known = git("merge-base", commit, "HEAD") != ""
+    since = [f"{commit}..HEAD"] if known else [f"--since={made['date']}", "HEAD"]
+    return len(git("log", "--format=%h", *since, "--", *made["subject"]).splitlines())
 
 
 def make(name: str, draw: int | None = None) -> tuple[dict[str, Any], str]:
@@ -329,6 +332,9 @@ def main() -> int:
                 print(f"  {made['seconds']:.0f} s", flush=True)
             else:
                 print(page(name, made, text), flush=True)
+    if (given.list or given.stale) and not (given.only or given.kind or given.draw):
+        for name in sorted({path.stem for path in RESULTS.glob("*.json")} - set(STUDIES)):
+            print(f"{X
     return 1 if failed else 0
 
 

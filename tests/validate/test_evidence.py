@@ -1,4 +1,4 @@
-"""What the READMEs quote is what results hold, each study judges code that exists, and a result's page is its tables."""
+"""What the READMEs quote is what results hold, studies judge code that exists, a result's page is its tables."""
 
 from __future__ import annotations
 
@@ -79,7 +79,8 @@ def test_a_result_says_where_it_is_from(path: Path) -> None:
 
 def test_tables_of_what_studies_print() -> None:
     """Markdown rows, aligned columns and single lines become rows by name; what has no number is a title."""
-    printed = "Heights:\n\n| sea | rms | bias |\n|---|---|---|\n| calm | 0.01 m | −2 mm |\n\nsides\nlow   1.5  2\n12 of 24 hold"
+    printed = "Heights:\n\n| sea | rms | bias |\n|---|---|---|\n| calm | 0.01 m | −2 mm |\n\n"
+    printed += "sides\nlow   1.5  2\n12 of 24 hold"
     heights, sides = evidence.tables(printed)
     assert heights == {"title": "Heights", "columns": ["rms", "bias"], "rows": [["calm", "0.01 m", "−2 mm"]]}
     assert sides == {"title": "sides", "columns": [], "rows": [["low", "1.5", "2"], ["12 of 24 hold", "12", "24"]]}
