@@ -334,7 +334,8 @@ def main() -> int:
                 print(page(name, made, text), flush=True)
     if (given.list or given.stale) and not (given.only or given.kind or given.draw):
         for name in sorted({path.stem for path in RESULTS.glob("*.json")} - set(STUDIES)):
-            print(f"{X
+            made = result(name)
+            print(f"{name:24} {made['kind']:19}{changes(name)} commits behind, by hand  {made['command']}")
     return 1 if failed else 0
 
 
