@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import re
 import shlex
@@ -113,7 +114,10 @@ def options_of(module: str) -> set[str]:
     spec = importlib.util.find_spec(module)
     assert spec is not None, f"python -m {module}: no such module"
     assert spec.origin is not None
-    return set(re.findall(r'add_argument\(\s*"(--[\w-]+)"', Path(spec.origin).read_text(encoding="utf-8")))
+    source = Path(spec.origin).read_text(encoding="utf-8")
+    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+    named = [each.arg or "" for call in calls if ast.unparse(call.func) == "options" for each in call.keywords]
+    return set(re.findall(r'add_argument\(\s*"(--[\w-]+)"', source)) | {f"--{each.replace('_', '-')}" for each in named}
 
 
 def test_table_of_commands_is_whole() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -75,6 +76,15 @@ def test_a_result_says_where_it_is_from(path: Path) -> None:
     assert path.with_suffix(".md").exists()
     for table in made["tables"]:
         assert all(len(row) <= 1 + len(table["columns"]) for row in table["rows"] if table["columns"]), table["title"]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "validation").glob("**/*.py")), ids=lambda path: path.stem)
+def test_a_study_names_its_options_where_it_says_what_it_does(path: Path) -> None:
+    """Each keyword of `options` stands as --keyword in the module's docstring, which --help prints."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "options"):
+        flags = [f"--{(each.arg or '').replace('_', '-')}" for each in call.keywords]
+        assert not [flag for flag in flags if flag not in (ast.get_docstring(tree) or "")]
 
 
 def test_tables_of_what_studies_print() -> None:

@@ -1,13 +1,12 @@
 """Numerical stability: cases whose right answer is known, at full size; `seamap-rt validate` draws them.
 
-    python -m validation.hard_cases.report [--rays 10000000] [--full]
+    python -m validation.hard_cases.report [--rays 10000000] [--only storm] [--full]
 
 Each row has the expected result, the result, and whether they agree. --full adds a mesh of 10⁷ facets (7 GB).
 """
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable
 
@@ -18,6 +17,7 @@ from validation.hard_cases.extreme import choppy_wall, crest, level, storm, ten_
 from validation.hard_cases.far import baselines, far_from_origin, far_phases, half_a_day
 from validation.hard_cases.light import along_the_ray, one_facet, rays_against_horizon, slivers, terminator, watertight
 from validation.hard_cases.nonlinear import nonlinear_seas
+from validation.options import options
 
 CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     terminator,
@@ -45,11 +45,7 @@ def verdict(row: Finding) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rays", type=int, default=10_000_000)
-    parser.add_argument("--only", default="", help="part of the name of the functions to run")
-    parser.add_argument("--full", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, rays=10_000_000, only="", full=False)
     effort = Effort(arguments.rays, arguments.full)
     rows: list[Finding] = []
     for case in CASES:

@@ -15,7 +15,6 @@ By range: rms and robust (1.4826 MAD) change of the heights of cells more than h
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -35,6 +34,7 @@ from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import BEAMS_BEYOND
 from seamap_rt.settings import RadarSettings
 from seamap_rt.simulation import Simulator
+from validation.options import options
 
 BEAMS = (1.25, 1.5, 1.75, 2.0, 2.5)  # widths to either side
 ALLOWED_M = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)  # height errors
@@ -156,9 +156,7 @@ def _heights(maps: xr.DataTree) -> NDArray[np.float64]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--of", default="sides,nodes")
-    chosen = parser.parse_args().of.split(",")
+    chosen = options(__doc__, of="sides,nodes").of.split(",")
     for study in (sides, nodes):
         if study.__name__ in chosen:
             study()

@@ -16,7 +16,6 @@ has the others from the turn before. The methods:
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import itertools
 import os
@@ -32,21 +31,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from seamap_rt.physics.dispersion import orbital_ratio
-from seamap_rt.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    graph,
-    new_figure,
-    place,
-    png,
-    styled,
-)
+from seamap_rt.report import style
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.fields import DERIVATIVES
 from seamap_rt.sea.moving_field import TAPS, MovingField
@@ -55,6 +40,7 @@ from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
 from validation import FIGURES
+from validation.options import options
 
 finufft: Any = importlib.import_module("finufft") if importlib.util.find_spec("finufft") else None
 
@@ -305,27 +291,27 @@ def print_table(methods: list[Method]) -> None:
         )
 
 
-@styled
+@style.styled
 def draw(methods: list[Method], out: Path) -> None:
     """Error against time, one panel for each kind of quantity; the target is the box in the lower left."""
-    figure = new_figure(3.55)
+    figure = style.new_figure(3.55)
     looks = {
-        "spline": (BLUE, "o"),
-        "plain, bilinear": (ORANGE, "s"),
-        "plain, cubic": (VERMILION, "D"),
-        "nufft, knots": (GREEN, "^"),
-        "nufft, times": (PURPLE, "v"),
+        "spline": (style.BLUE, "o"),
+        "plain, bilinear": (style.ORANGE, "s"),
+        "plain, cubic": (style.VERMILION, "D"),
+        "nufft, knots": (style.GREEN, "^"),
+        "nufft, times": (style.PURPLE, "v"),
     }
     titles = ("elevation, mm rms", "slopes, 10⁻³ rms", "velocity, mm/s rms")
-    panels = [place(figure, 0.45 + 2.3 * n, 0.35, 1.95, 2.2) for n in range(3)]
+    panels = [style.place(figure, 0.45 + 2.3 * n, 0.35, 1.95, 2.2) for n in range(3)]
     for n, (axes, title) in enumerate(zip(panels, titles, strict=True)):
-        graph(axes, "time of a turn, s", "", title)
+        style.graph(axes, "time of a turn, s", "", title)
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlim(0.06, 2e5)
         axes.set_ylim(2e-3, 1e2)
         axes.fill_between(
-            [0.06, TARGET_SECONDS], 2e-3, TARGETS[n], color=SKY, alpha=0.35, linewidth=0.0, label="target"
+            [0.06, TARGET_SECONDS], 2e-3, TARGETS[n], color=style.SKY, alpha=0.35, linewidth=0.0, label="target"
         )
         for family, (colour, marker) in looks.items():
             points = [method for method in methods if method.family == family]
@@ -334,20 +320,17 @@ def draw(methods: list[Method], out: Path) -> None:
             axes.scatter(*at, size, colour, marker=marker, linewidths=0.0, alpha=0.8, label=family)
         for method in (method for method in methods if method.default):
             at = method.seconds, method.errors[n]
-            axes.scatter(*at, 90, "none", marker="o", edgecolors=BLACK, linewidths=1.2, label="spline, default")
+            axes.scatter(*at, 90, "none", marker="o", edgecolors=style.BLACK, linewidths=1.2, label="spline, default")
         for method in (method for method in methods if method.family == "exact"):
-            axes.axvline(method.seconds, color=GREY, linestyle=":", linewidth=1.2, label="exact sum (no error)")
+            axes.axvline(method.seconds, color=style.GREY, linestyle=":", linewidth=1.2, label="exact sum (no error)")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=4, columnspacing=1.6, handletextpad=0.5)
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_bytes(png(figure))
+    out.write_bytes(style.png(figure))
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--points", type=int, default=60, help="points held against the exact sum (0.1 s each)")
-    options.add_argument("--out", type=Path, default=FIGURES / "sea_speed.png")
-    chosen = options.parse_args()
+    chosen = options(__doc__, points=60, out=FIGURES / "sea_speed.png")
 
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.4, peak_period_s=5.5)
     sea = realize(SeaSettings(waves=(waves,)), seed=1, height_error_m=TracingSettings().height_error_m)

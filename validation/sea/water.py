@@ -12,10 +12,8 @@ Draws
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -43,6 +41,7 @@ from seamap_rt.sea import Sea, realize, spectral_system, spreading
 from seamap_rt.sea.spectra import elfouhaily97_contrast
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, PiersonMoskowitzWaves, RandomWaves, SeaSettings, TmaWaves
 from validation import FIGURES
+from validation.options import options
 
 LIMIT = np.pi / 0.8  # rad/m, the default resolution's: beyond it the waves are the scattering's
 LOG_K = np.linspace(np.log(1e-3), np.log(2e4), 20_001)
@@ -278,10 +277,7 @@ def draw_profile(figure: Figure) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--seeds", type=int, default=6, help="seeds of the steep sea")
-    options.add_argument("--out", type=Path, default=FIGURES, help="folder of the figures")
-    chosen = options.parse_args()
+    chosen = options(__doc__, seeds=6, out=FIGURES)
 
     linear, choppy = (over_the_ground(model, chosen.seeds) for model in ("linear", "choppy"))
     facts = steep_sea("choppy", 0).resolved.choppy
