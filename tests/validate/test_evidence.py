@@ -59,7 +59,12 @@ def test_a_study_runs_a_module_that_exists_on_code_that_exists(name: str) -> Non
     assert any((ROOT / f"{module}{end}").exists() for end in (".py", "/__main__.py")), module
     assert all((ROOT / each).exists() for each in study.files), study.files
     assert study.kind in evidence.KINDS
-    assert (study.draw is not None) == ("{draw}" in study.command)
+    assert (
+        (study.draw is not None)
+        == ("{draw}" in study.command)
+        == (study.kind == "validate" and "draw" in study.command)
+    )
+    assert ("12345" in study.words(12345)) == (study.draw is not None)
 
 
 @pytest.mark.parametrize("path", sorted(evidence.RESULTS.glob("*.json")), ids=lambda path: path.stem)
