@@ -206,8 +206,8 @@ def result(name: str) -> dict[str, Any]:
 def figure(path: str) -> float:
     """The number at `NAME :: row :: column` or `NAME :: title :: row :: column`.
 
-    A row by its first cell, its first two, or how it begins; a column by its name or its number from 1; `#2` takes the
-    second number of a cell. KeyError where there is no such cell, or more than one.
+    A row by its first cell, or by how its cells begin with commas between them; a column by its name or its number from
+    1; `#2` takes the second number of a cell. KeyError where there is no such cell, or more than one.
     """
     name, *title, row, last = path.split(" :: ")
     column, _, which = last.partition("#")
@@ -216,7 +216,7 @@ def figure(path: str) -> float:
         for table in result(name)["tables"]
         if (not title or title[0] in table["title"]) and (column in table["columns"] or column.isdigit())
         for cells in table["rows"]
-        if cells[0].startswith(row) or ", ".join(cells[:2]) == row
+        if ", ".join(cells).startswith(row)
     ]
     found = [each for each in found if each[0]] or found
     if len(found) != 1:

@@ -59,11 +59,8 @@ def test_a_study_runs_a_module_that_exists_on_code_that_exists(name: str) -> Non
     assert any((ROOT / f"{module}{end}").exists() for end in (".py", "/__main__.py")), module
     assert all((ROOT / each).exists() for each in study.files), study.files
     assert study.kind in evidence.KINDS
-    assert (
-        (study.draw is not None)
-        == ("{draw}" in study.command)
-        == (study.kind == "validate" and "draw" in study.command)
-    )
+    assert (study.draw is not None) == ("{draw}" in study.command)
+    assert study.draw is None or study.kind == "validate"
     assert ("12345" in study.words(12345)) == (study.draw is not None)
 
 
@@ -109,3 +106,19 @@ def test_a_quote_holds_to_its_own_digits(
 ) -> None:
     monkeypatch.setattr(evidence, "figure", lambda _: value)
     assert evidence.agrees(quote, "any :: row :: column") is right
+
+
+def test_a_study_leaves_its_rows_on_file_for_the_number_that_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A study runs as a process with --draw's number; its result is kept until its subject changes."""
+    study = evidence.Study("validate", 0.1, "draws {draw} --of seas --count 2", "sea", 841)
+    monkeypatch.setitem(evidence.STUDIES, "drawn", study)
+    monkeypatch.setattr(evidence, "RESULTS", tmp_path)
+    assert evidence.changes("drawn") is None
+    made, text = evidence.make("drawn", 7)
+    assert [row[0].split()[0] for table in made["tables"] for row in table["rows"]] == ["seas_7_0", "seas_7_1"]
+    evidence.write("drawn", made, text)
+    assert evidence.result("drawn") == made
+    assert "seas_7_1" in (tmp_path / "drawn.md").read_text(encoding="utf-8")
+    assert evidence.changes("drawn") == 0
