@@ -35,6 +35,7 @@ from validation.report.environment import Environment
 
 ROOT = Path(__file__).parents[1]
 RESULTS = Path(__file__).parent / "results"
+README = Path(__file__).parent / "README.md"
 KINDS = ("debug", "validate", "scene", "time")
 NUMBER = re.compile(r"[−+-]?\d[\d,]*(?:\.\d+)?(?:e[−+-]?\d+)?|[−+-]?\.\d+")
 
@@ -79,7 +80,7 @@ STUDIES: dict[str, Study] = {
     ),
     "sea_state_seeds": Study("scene", 1, "sea.sea_state --seeds 11 12", f"{_MAPS} wavefield"),
     "finite_depth": Study("debug", 2, "sea.finite_depth", "wavefield physics"),
-    "sensors": Study("validate", 4, "retrieval.sensors --draw {draw}", _MAPS, 103),
+    "sensors": Study("validate", 4, "retrieval.sensors --draw {draw}", _MAPS, 571),
     "recorded_data": Study("debug", 0.5, "retrieval.recorded_data", "io interferometry"),
     "inspected": Study("debug", 1.5, "retrieval.inspected", "inspection interferometry"),
     "spoilt": Study("debug", 1.5, "retrieval.spoilt", "inspection interferometry io"),
@@ -244,6 +245,28 @@ def agrees(quoted: str, path: str) -> bool:
     return abs(number(quoted) - value) <= 0.5000001 * 10.0**-digits
 
 
+def versions() -> str:
+    """A table of the results that the READMEs quote: commit, date, whether carried, names."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    text = "".join(each.read_text(encoding="utf-8") for each in (ROOT / "README.md", README))
+    for name in sorted({path.split(" :: ")[0] for _, path in quotes(text)}):
+        made = result(name)
+        groups.setdefault((made["date"][:10], made["commit"], "carried" if made.get("carried") else ""), []).append(
+            name
+        )
+    rows = [
+        f"| {commit} | {date} | {carried} | {', '.join(names)} |"
+        for (date, commit, carried), names in sorted(groups.items(), reverse=True)
+    ]
+    return "\n".join(["| commit | date | | results |", "|---|---|---|---|", *rows])
+
+
+def with_versions(text: str) -> str:
+    """A README's text with the table of `versions` between its marks."""
+    before, rest = text.split("<!-- versions -->\n")
+    return f"{before}<!-- versions -->\n{versions()}\n\n<!-- end -->{rest.split('<!-- end -->')[1]}"
+
+
 def git(*words: str) -> str:
     return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False).stdout.strip()
 
@@ -329,6 +352,7 @@ def main() -> int:
                 continue
             if given.draw is None:
                 write(name, made, text)
+                README.write_text(with_versions(README.read_text(encoding="utf-8")), encoding="utf-8")
                 print(f"  {made['seconds']:.0f} s", flush=True)
             else:
                 print(page(name, made, text), flush=True)

@@ -52,6 +52,13 @@ def test_each_verdict_has_a_source(readme: str) -> None:
             assert section.count("| verdict |") <= section.count("<!-- "), section[:80]
 
 
+def test_the_table_of_versions_is_that_of_the_results() -> None:
+    """The table is what the results say, and the page stays short."""
+    text = evidence.README.read_text(encoding="utf-8")
+    assert text == evidence.with_versions(text)
+    assert len(text.encode()) <= 25 * 1024  # what a sceptic reads
+
+
 @pytest.mark.parametrize("name", evidence.STUDIES)
 def test_a_study_runs_a_module_that_exists_on_code_that_exists(name: str) -> None:
     study = evidence.STUDIES[name]
