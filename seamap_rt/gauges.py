@@ -6,7 +6,7 @@ correlation. On any maps, recorded ones too, without a wire:
 
     gauge_series(maps, None, [GaugeSettings(name="pier", east_m=80.0, north_m=0.0)], turn_s=1.0)
 
-Evidence: validation/README.md, "Wave gauges".
+Evidence: validation/models/shadowing.md.
 """
 
 from __future__ import annotations

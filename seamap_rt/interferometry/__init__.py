@@ -33,7 +33,7 @@ Recordings: `open_recording(file, header)` or `echoes_from_recording(lower, uppe
 `seamap_rt/io/recording_header.py` lists the header's keys: conjugated phases, cable delays, encoder counts, a heading
 sensor's own clock. `seamap_rt.inspection` judges what was recorded: sign of the phase, offsets, gaps, gain.
 
-Evidence: validation/README.md, "Accuracy of the maps" and "Recorded data and analytic echoes".
+Evidence: validation/models/retrieval.md and error_bars.md.
 """
 
 from __future__ import annotations

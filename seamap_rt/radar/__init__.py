@@ -34,5 +34,5 @@ Signs and files:
 Scenes: `rough_ride` follows the waves with sensors that err; `harbour` has a buoy, a vessel, a pier and the boat's own
 wheelhouse (its error figures include the heights of the objects, compared with the sea).
 
-Evidence: validation/README.md, "The radar".
+Evidence: validation/models/echoes.md.
 """

@@ -38,7 +38,7 @@ Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²
 The spread of power from cell to cell comes from the resolved waves, and from sea spikes and patches of breakers where
 they are asked for.
 
-Evidence: validation/README.md, "Scattering" and "Scattering options".
+Evidence: validation/models/scattering.md.
 """
 
 from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg, nrcs_two_scale

@@ -18,7 +18,7 @@ size: the mean echo and its calibration stay as they are. Places and times on th
 criterion, saturation to the power of 6 (`breaking_share`): a breaker is as much brighter as the breaking
 share of its place is larger than the sea's, so that crests and forward faces break and troughs do not. Barthelemy's
 (2018) criterion, water that runs faster than 0.85 of its crest, was measured beside it: on a sum of linear waves its
-area doubles with each octave of waves that the mesh carries (validation/README.md, "Sea spikes").
+area doubles with each octave of waves that the mesh carries (validation/models/scattering.md).
 
 How spiky that is. A cell weighs the sea by W and has the area A = (∫W)²/∫W². By Campbell's theorem the sum over the
 process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. A gamma distribution so

@@ -36,7 +36,7 @@ and of linear waves where it has none: both to first order, as is the sum of `co
     sea = realize(scene.sea, seed=1)
     sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s
 
-Evidence: validation/README.md, "The sea" and "The sea alone".
+Evidence: validation/models/sea.md.
 """
 
 from __future__ import annotations

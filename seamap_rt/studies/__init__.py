@@ -12,7 +12,7 @@ over the longest unbroken run of 25 m bins whose rms error is at most a tenth of
 seen and have a height (`usable.py` says why). A script whose trade starts processes needs
 `if __name__ == "__main__":`, since they import it.
 
-Evidence: validation/README.md, "How far it sees".
+Evidence: validation/models/shadowing.md.
 """
 
 from .choices import outlooks

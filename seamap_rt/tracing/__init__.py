@@ -20,7 +20,7 @@ towards the sector. It shows what a second bounce would add; the simulated echoe
 
 Objects (`[[objects]]`) hide the sea and, with `rcs_dbsm`, echo; they are fixed to the world or to the boat.
 
-How fine the mesh is: `seamap_rt.mesh.sizing`. Evidence: validation/README.md, "Light and shadow".
+How fine the mesh is: `seamap_rt.mesh.sizing`. Evidence: validation/models/tracing.md.
 """
 
 from __future__ import annotations

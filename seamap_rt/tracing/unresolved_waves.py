@@ -25,7 +25,7 @@ And a radar is not light. What bends into shadows of such waves was worked out b
 alone hide keeps 0.43 of its two-way power in VV and 0.14 in HH of what it has without them; of nine seas 0.20 to 0.72
 and 0.05 to 0.52, the less the higher those waves are. So `tracing.unresolved_shadowing = "fresnel"` leaves hidden water
 the share `kept` (`physics.shadowing.shadow_kept`), "smith" nothing. Neither is the default: what each gets wrong, and
-why that is less than what else is wrong at such angles, stands in validation/README.md.
+why that is less than what else is wrong at such angles, stands in validation/models/tracing.md.
 """
 
 from __future__ import annotations

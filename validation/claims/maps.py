@@ -7,7 +7,6 @@ The maps are those of `choppy_sea`, whose waves are the 1.4 m of the study, lit 
 
 from __future__ import annotations
 
-import argparse
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -26,6 +25,7 @@ from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies.trade_table import Criterion, Window
 from validation.claims.radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
+from validation.options import options
 from validation.prediction.forecasts import Compared, joined, run, scene_of
 
 Array = NDArray[np.float64]
@@ -256,10 +256,7 @@ def draw_predictability(seeds: int = 1) -> Figure:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--out", type=Path, help="folder of the figures")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=1, out=Path)
     for claim in (map_rate(), useful_heights(arguments.seeds), predictability(arguments.seeds)):
         claim.show()
     if arguments.out:

@@ -9,7 +9,6 @@ trade of `validation.claims.trade_heights`. Light by the horizon.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from typing import Any, NamedTuple
@@ -27,6 +26,7 @@ from seamap_rt.studies.paired import WITHIN
 from seamap_rt.studies.trade import trade
 from validation import FIGURES
 from validation.claims.trade_heights import CHOICES, WAVE_HEIGHT, scene
+from validation.options import options
 
 Array = NDArray[np.float64]
 MODES = (("single", "single_pulse"), ("switched", "single_pulse"), ("switched", "alternating_pulse"))
@@ -156,12 +156,7 @@ def masts(seeds: int) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--designs", type=int, default=24)
-    parser.add_argument("--first", type=int, default=1)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--masts", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, designs=24, first=1, seeds=3, masts=False)
     found = compared(arguments.first, arguments.designs, arguments.seeds)
     print("\n".join(words(found)), flush=True)
     (FIGURES / "outlook.png").write_bytes(style.png(draw(found)))

@@ -10,7 +10,6 @@ coherence: the share of the map's variance that is the sea's. A cell without a h
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -27,6 +26,7 @@ from seamap_rt.report import style
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator
 from validation.claims.radar import NOT, ONLY_IF, STUDY, Claim
+from validation.options import options
 
 Array = NDArray[np.float64]
 GRID_M = 3.0
@@ -187,10 +187,7 @@ def draw_transfer(seeds: int = 2) -> Figure:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--out", type=Path, help="folder of the figure")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=2, out=Path)
     sampling(arguments.seeds).show()
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)

@@ -11,10 +11,8 @@ that the mesh carries along the look. The mesh is never coarser than the grid of
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -28,6 +26,7 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.studies.shadowing import joined, shadowing_by_cutoff
 from validation import FIGURES
+from validation.options import options
 
 FIGURE = FIGURES / "shadowing_claim.png"
 CLAIM_M, HEIGHT_M, STEEPNESS = 160.0, 5.0, 1.0 / 30.0
@@ -175,11 +174,7 @@ def _draw_one(axes: Axes, data: xr.Dataset, peak: float) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, help="realisations; default 4, of the full version 10")
-    parser.add_argument("--full", action="store_true", help="waves down to 0.5 m as well")
-    parser.add_argument("--out", type=Path, default=FIGURE)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=int, full=False, out=FIGURE)
     start = time.perf_counter()
     seeds = arguments.seeds or (10 if arguments.full else 4)
     studies = half_ranges(seeds, cutoffs_of(arguments.full))

@@ -10,7 +10,6 @@ seeds, bands and recommendations by three are held against those of the others. 
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Iterator
@@ -27,6 +26,7 @@ from seamap_rt.studies.paired import choose, means
 from seamap_rt.studies.trade import write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade
 from validation import FIGURES
+from validation.options import options
 
 WAVE_HEIGHT = "sea.waves.0.significant_wave_height_m"
 CHOICES = {"radar.height_m": [3.0, 5.0, 7.0, 10.0, 14.0, 20.0], "radar.baseline_m": [0.2, 0.9]}
@@ -87,12 +87,7 @@ def judged(table: xr.Dataset, taken: int = 3, draws: int = 400) -> Iterator[str]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--out", type=Path, default=Path("runs/trade_heights"))
-    parser.add_argument("--judge", action="store_true")
-    parser.add_argument("--resume", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=3, out=Path("runs/trade_heights"), judge=False, resume=False)
     tables: list[xr.Dataset] = []
     start = time.perf_counter()
     for height in (0.7, 1.4, 2.8):

@@ -8,7 +8,6 @@ The sizes of units stand here once more, written down by hand, and nothing of th
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import tempfile
@@ -30,6 +29,7 @@ from seamap_rt.io.patternfile import read_pattern
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.prediction import read_capytaine
+from validation.options import options
 
 from .originals import HEADER
 
@@ -387,11 +387,7 @@ def run(cases: int, seed: int, say: Callable[[str], None]) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=3_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--case", help="READER/NUMBER, to do a single one again")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, cases=3_000, seed=1, case=str)
     if arguments.case:
         reader, _, number = arguments.case.rpartition("/")
         what, wrong = judged(reader, int(number), arguments.seed)

@@ -10,7 +10,6 @@ antenna. Prints the scenes that break it, and the share of facets that was left 
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import time
@@ -26,6 +25,7 @@ from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.rays import SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
+from validation.options import options
 
 SCENES = ("tiny", "choppy_sea", "rough_ride", "wind_and_swell")
 CHOICES: Mapping[str, list[Any]] = {
@@ -42,10 +42,7 @@ WATER = 55.0 - 37.5j
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=200.0)
-    parser.add_argument("--seed", type=int, default=1)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seconds=200.0, seed=1)
     warnings.simplefilter("ignore")
     draw, end, broken, left_out = random.Random(arguments.seed), time.monotonic() + arguments.seconds, 0, []
     while time.monotonic() < end:

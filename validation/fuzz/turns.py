@@ -11,7 +11,6 @@ Prints each case that breaks one, with its number, and how many were refused; ex
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import time
@@ -28,6 +27,7 @@ import seamap_rt as sr
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.simulation import Simulator
+from validation.options import options
 
 BASE: Mapping[str, Any] = {
     "tracing.tracer": "horizon",
@@ -115,11 +115,7 @@ CHOICES: Mapping[str, list[Any]] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=300.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--case", type=int, help="a single one again")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seconds=300.0, seed=1, case=int)
     warnings.simplefilter("error")
     ends, number, refused, broken = time.monotonic() + arguments.seconds, arguments.case or 0, 0, 0
     while arguments.case is not None or time.monotonic() < ends:

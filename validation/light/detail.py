@@ -11,7 +11,6 @@ one core; --quick (three seas, four meshes) forty seconds.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -31,6 +30,7 @@ from seamap_rt.mesh.sizing import MeshDetail
 from seamap_rt.simulation import Simulator
 from seamap_rt.truth import polar_truth
 from validation import FIGURES
+from validation.options import options
 
 BANDS_M = (15.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 400.0)
 MESHES = ((0.25, 4), (0.25, 8), (0.5, 3), (0.5, 4), (0.8, 3), (0.8, 4), (0.8, 6), (1.0, 4), (1.5, 4))
@@ -148,9 +148,7 @@ def draw(curves: dict[str, list[tuple[tuple[float, int], NDArray[np.float64], Me
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="three seas and four meshes")
-    quick = parser.parse_args().quick
+    quick = options(__doc__, quick=False).quick
     cases, meshes = (QUICK_CASES, QUICK_MESHES) if quick else (tuple(CASES), MESHES)
     ratios, curves = [], {}
     print("measured/predicted".ljust(30) + "".join(f"{f'{f:g} m × {c}':>34}" for f, c in meshes))

@@ -10,8 +10,6 @@ shadows and of `tracing.diffraction = "knife_edge"`, from the march's.
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +17,7 @@ import seamap_rt as sr
 from seamap_rt.mesh.facets import NEAR_FRACTION, profile
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import tracer
+from validation.options import options
 
 HEIGHTS, STEP_M = 8192, 0.015  # of the march's grid: 123 m, absorbed beyond ±35 m
 START_M = 40.0  # the field of a point source is handed over there
@@ -57,9 +56,7 @@ def march(reach: NDArray, rise: NDArray, wavelength: float) -> NDArray[np.comple
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--columns", type=int, default=6, help="profiles; some three seconds each")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, columns=6)
     scene = sr.load_scene("choppy_sea", {"tracing.tracer": "horizon"})
     mesh = Simulator(scene).mesh(0)
     facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)

@@ -15,7 +15,6 @@ four times.
 
 from __future__ import annotations
 
-import argparse
 import time
 from dataclasses import dataclass
 
@@ -33,6 +32,7 @@ from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
 from validation import FIGURES
 from validation.light.path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
+from validation.options import options
 
 Array = NDArray[np.float64]
 FIGURE = FIGURES / "paths.png"
@@ -216,10 +216,7 @@ def draw(power: dict[int, Power], bounces: dict[str, dict[str, tuple[Array, Arra
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=200_000, help="rays of a launch")
-    parser.add_argument("--launches", type=int, default=4, help="at least 2: their spread is the error")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, samples=200_000, launches=4)
     compare_light()
     flat_sea(arguments.samples, arguments.launches)
     power = compare_power(arguments.samples, arguments.launches)

@@ -10,7 +10,6 @@ average out over turns. `--without` shows what the vertices on the water itself 
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.simulation import Simulator
+from validation.options import options
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0])
@@ -93,17 +93,8 @@ def shares(name: str, seeds: int = 1, sector: tuple[float, float] = (0.0, 360.0)
     return Shares(default, finer, detail.facet_m, detail.columns_per_beam)
 
 
-def with_seeds(says: str | None) -> argparse.ArgumentParser:
-    """Of a command that takes means over seeds."""
-    parser = argparse.ArgumentParser(description=says, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=2)
-    return parser
-
-
 def main() -> None:
-    parser = with_seeds(__doc__)
-    parser.add_argument("--without", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=2, without=False)
     if arguments.without:
         SurfaceMesh.levelled = property(lambda mesh: mesh)  # type: ignore[assignment]  # pyright: ignore[reportAttributeAccessIssue]
     print(f"{'rings, m':34}" + "".join(f"{a:5.0f}–{b:<4.0f}" for a, b in pairwise(EDGES_M)))

@@ -21,7 +21,8 @@ import seamap_rt as sr
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import UnresolvedWaves
-from validation.light.share import waves, with_seeds
+from validation.light.share import waves
+from validation.options import options
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 75.0, 100.0, 150.0, 200.0])
@@ -139,9 +140,7 @@ def echo_errors(name: str, seeds: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    parser = with_seeds(__doc__)
-    parser.add_argument("--echoes", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=2, echoes=False)
     if arguments.echoes:
         heads = "half visible, dB", "std", "less, dB", "std", "rms, m", "mean, m"
         print(" " * 42 + "".join(f"{each:>18}" for each in heads))

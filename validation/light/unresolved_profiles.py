@@ -11,7 +11,6 @@ than their mean. Twenty seconds.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.sea import spectra
 from validation.analytic.shadowing import shadowing_smith67
+from validation.options import options
 
 Array = NDArray[np.floating]
 STEP_M, POINTS, NEAR_M, FAR_M = 0.02, 22_500, 25.0, 400.0
@@ -111,9 +111,7 @@ def judged(case: Case, profiles: int) -> Array:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--profiles", type=int, default=120)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, profiles=120)
     print(f"{'% of the window':26}{'hidden':>9}{'by the law':>12}{'lit of dark':>13}{'height, mm':>12}")
     for name, case in CASES.items():
         hidden, law, lit, height = judged(case, arguments.profiles)

@@ -10,13 +10,12 @@ prediction.observations), and of beam and dwell across it.
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.prediction.observations import of_turn
 from seamap_rt.simulation import Simulator
+from validation.options import options
 
 RANGES = ((20.0, 40.0), (40.0, 70.0), (70.0, 110.0))
 NEAR_DEG = 15.0
@@ -40,9 +39,7 @@ def observed(length: float, seed: int) -> tuple[np.ndarray, ...]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=4)
-    given = parser.parse_args()
+    given = options(__doc__, seeds=4)
     print("wave      look     range   slope   blur  expected")
     for length in (10.0, 15.0, 25.0):
         parts = [observed(length, 900 + seed) for seed in range(given.seeds)]

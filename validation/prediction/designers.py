@@ -1,6 +1,6 @@
 """What forecasts at the boat are worth against turns, mast, baseline, steepness and speed, as one figure for designers.
 
-    python -m validation.prediction.designers [--seeds 2] [--out validation/figures/forecast_design.png]
+    python -m validation.prediction.designers [--seeds 2] [--first 641] [--out validation/figures/forecast_design.png]
 
 `choppy_sea` with one thing changed at a time, by the horizon tracer, with the 1 W radar's noise: from the tenth turn of
 24 on each second turn's forecast is compared with the scene's own sea along the boat's way, 5–10 s and 11–20 s ahead.
@@ -9,7 +9,6 @@ Persistence holds the height that the boat is believed to have now.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from seamap_rt.prediction import Predictor
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
+from validation.options import options
 from validation.retrieval.seas import system
 
 TURNS, FIRST, EACH = 24, 9, 2
@@ -133,11 +133,7 @@ def draw(made: dict[str, dict[float, dict[str, dict[str, float]]]]) -> Figure:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--first", type=int, default=641)
-    parser.add_argument("--out", type=Path, default=Path("validation/figures/forecast_design.png"))
-    given = parser.parse_args()
+    given = options(__doc__, seeds=2, first=641, out=Path("validation/figures/forecast_design.png"))
     made = studied([given.first + number for number in range(given.seeds)])
     given.out.write_bytes(style.png(draw(made)))
     print(given.out)

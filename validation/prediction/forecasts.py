@@ -1,6 +1,6 @@
 """Forecasts against the sea that the maps were made of, on seas and seeds that nothing was tuned on.
 
-    python -m validation.prediction.forecasts [--seeds 6] [--turns 30] [--only choppy] [--own-spectrum]
+    python -m validation.prediction.forecasts [--seeds 6] [--first 301] [--turns 30] [--only choppy] [--own-spectrum]
     python -m validation.prediction.forecasts --draw N [--maps DIR] [--own-spectrum]
 
 Maps of single turns by the horizon tracer, with the 1 W radar's noise, go to a Predictor one by one; from the tenth
@@ -20,7 +20,6 @@ and takes those that are there.
 
 from __future__ import annotations
 
-import argparse
 import pickle
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -44,6 +43,7 @@ from seamap_rt.sea.systems import directional_density, spectral_system
 from seamap_rt.settings import RandomWaves
 from seamap_rt.simulation import Simulator
 from validation.draws import drawn, in_words
+from validation.options import options
 from validation.retrieval.seas import system
 
 Field = NDArray[np.float64]
@@ -286,15 +286,7 @@ def _line(name: str, figures: dict[str, float], worst: float | None = None) -> s
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=6)
-    parser.add_argument("--first", type=int, default=301)
-    parser.add_argument("--turns", type=int, default=30)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--own-spectrum", action="store_true")
-    parser.add_argument("--draw", type=int)
-    parser.add_argument("--maps", type=Path)
-    given = parser.parse_args()
+    given = options(__doc__, seeds=6, first=301, turns=30, only="", own_spectrum=False, draw=int, maps=Path)
     if given.draw is not None:
         report_drawn(given.draw, given.maps, given.own_spectrum)
         return

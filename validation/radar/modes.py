@@ -14,7 +14,6 @@ Runs with and without noise share sea and speckle, so the difference of the two 
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -33,6 +32,7 @@ from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings
 from seamap_rt.simulation import Simulator, Turn
+from validation.options import options
 
 PARTS = ("map", "doppler", "channels", "decorrelation", "edges", "answer")
 BINS_M = (50.0, 100.0, 150.0, 200.0, 300.0)
@@ -427,11 +427,7 @@ def print_answer(maps: Maps) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--scene", default="choppy_sea")
-    parser.add_argument("--parts", default=",".join(PARTS))
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=3, scene="choppy_sea", parts=",".join(PARTS))
     parts = arguments.parts.split(",")
     maps = four_modes(arguments.scene, arguments.seeds) if {"map", "answer"} & set(parts) else {}
     if "map" in parts:

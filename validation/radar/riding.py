@@ -14,7 +14,6 @@ echoes: they change what the retrieval is given, not where the antenna was.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +29,7 @@ from seamap_rt.radar.installation import Installation
 from seamap_rt.resolved_scene import installation_of
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator, Turn
+from validation.options import options
 from validation.radar.modes import Cells, rms, spread, with_noise
 
 PARTS = ("motion", "roll", "sensors")
@@ -242,11 +242,7 @@ def print_sensors(scene: str, seeds: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--scene", default="choppy_sea")
-    parser.add_argument("--parts", default=",".join(PARTS))
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=3, scene="choppy_sea", parts=",".join(PARTS))
     for part, print_part in zip(PARTS, (print_motion, print_roll, print_sensors), strict=True):
         if part in arguments.parts.split(","):
             print_part(arguments.scene, arguments.seeds)

@@ -9,12 +9,12 @@ bandwidth is.
 
 from __future__ import annotations
 
-import argparse
 from itertools import pairwise
 
 import numpy as np
 
 import seamap_rt as sr
+from validation.options import options
 
 SECTOR_DEG = [240.0, 300.0]  # up the waves
 BANDS_M = [50.0, 100.0, 200.0, 300.0, 400.0]
@@ -53,9 +53,7 @@ def by_band(seed: int, keys: dict[str, object]) -> tuple[np.ndarray, np.ndarray,
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=3)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=3)
     bands = "".join(f"{near:>12g}–{far:g} m" for near, far in pairwise(BANDS_M))
     print(f"choppy_sea, {SECTOR_DEG[0]:g}–{SECTOR_DEG[1]:g}°, 1 W, mean of {arguments.seeds} seeds: SNR/error/answered")
     print(f"{'':24}{bands}")

@@ -9,7 +9,6 @@ within 1.96 of their bars, rms. At the end: how many scenes lie within 0.9–1.1
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from collections.abc import Iterator
 
@@ -19,6 +18,7 @@ import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from validation.draws import drawn
+from validation.options import options
 
 BANDS = (15.0, 25.0), (25.0, 50.0), (50.0, 200.0)  # m
 FARTHEST_M = 210.0
@@ -65,11 +65,7 @@ def by_range(scene: Scene) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draw", type=int, default=100)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--only", default="")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, draw=100, seeds=2, only="")
     print(f"{'':20}" + "".join(f"| {f'{low:g}–{high:g} m':24}" for low, high in BANDS))
     good = np.zeros((len(BANDS), 4), dtype=int)
     for name, each in scenes(arguments.draw, arguments.seeds):

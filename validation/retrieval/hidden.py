@@ -14,14 +14,13 @@ draws those are, and the same of all cells together.
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.metrics import HEADLINE_M
 from seamap_rt.simulation import Simulator
 from validation.draws import drawn
+from validation.options import options
 from validation.retrieval.seas import Case, against_truth, system
 
 SEAS = (
@@ -94,11 +93,7 @@ def calibration(number: int, count: int, polarization: str) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--draw", type=int)
-    parser.add_argument("--count", type=int, default=12, help="scenes of either kind")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=2, draw=int, count=12)
     if arguments.draw is not None:
         for polarization in ("VV", "HH"):
             calibration(arguments.draw, arguments.count, polarization)

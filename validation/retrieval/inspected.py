@@ -1,6 +1,6 @@
 """What the inspection says of all shipped scenes: as they are, no alarm; with receivers exchanged, the right one.
 
-    python -m validation.retrieval.inspected [--turns 2]
+    python -m validation.retrieval.inspected [--turns 2] [--seed 11]
 
 A column a verdict: of a scene as it is nothing may be wrong or doubtful; of exchanged receivers and of conjugated
 voltages the sign of the phase must be wrong. The ratio is that of the mean level's strays with either sign: the
@@ -9,14 +9,13 @@ inspection calls a sign wrong from 4 on.
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.inspection import Level, inspect
 from seamap_rt.io.scenefile import list_shipped
+from validation.options import options
 
 
 def strays(echoes: xr.Dataset) -> float:
@@ -25,10 +24,7 @@ def strays(echoes: xr.Dataset) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--turns", type=int, default=2)
-    parser.add_argument("--seed", type=int, default=11, help="not that of the shipped scenes, on which limits were set")
-    given = parser.parse_args()
+    given = options(__doc__, turns=2, seed=11)
     print(f"{'scene':20} {'strays (m)':>10} {'conjugated':>10} {'ratio':>6}  as it is; exchanged; conjugated")
     for name in list_shipped():
         scene = sr.load_scene(name, overrides={"turns": given.turns, "seed": given.seed, "tracing.tracer": "horizon"})

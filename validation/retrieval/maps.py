@@ -1,10 +1,9 @@
 """How accurate the maps are, how reliable their error bars, and how close the maps come to the lowest possible error.
 
-    python -m validation.retrieval.maps [--seeds 5] [--only accuracy,floor,errorbars,slopes,ambiguity,speed] [--out DIR]
+    python -m validation.retrieval.maps [--seeds 5] [--only accuracy,floor,errorbars,slopes,ambiguity] [--out DIR]
 
 Prints tables (Markdown rows) and draws `retrieval_accuracy.png` and `retrieval_errorbars.png`. Scenes are traced by the
-`horizon` tracer; five seeds take about 10 min on two cores, 5 of them for `accuracy`, and 6 GB. `speed` needs an
-idle machine.
+`horizon` tracer; five seeds take about 10 min on two cores, 5 of them for `accuracy`, and 6 GB.
 
   accuracy   choppy_sea, VV and HH, without and with the 1 W radar's noise: the three estimators, and the best of all
              fixed windows, chosen for each case with the truth known
@@ -12,7 +11,6 @@ idle machine.
   errorbars  errors over stated errors, by SNR and by the visible share of a cell
   slopes     errors by range beside the slopes themselves
   ambiguity  wide baselines: cells on a wrong cycle, and how many of them are flagged (ambiguity.py)
-  speed      seconds and memory of a turn's retrieval (speed.py)
 """
 
 from __future__ import annotations
@@ -40,7 +38,6 @@ from seamap_rt.simulation import Simulator, Turn
 from validation import FIGURES
 from validation.retrieval import ambiguity as retrieval_ambiguity
 from validation.retrieval import figures as retrieval_figures
-from validation.retrieval import speed as retrieval_speed
 from validation.retrieval.cells import (
     BINS_M,
     CASES,
@@ -60,7 +57,7 @@ from validation.retrieval.cells import (
 )
 from validation.retrieval.floor import floors, law_of
 
-SECTIONS = ("accuracy", "floor", "errorbars", "slopes", "ambiguity", "speed")
+SECTIONS = ("accuracy", "floor", "errorbars", "slopes", "ambiguity")
 ESTIMATORS = ("adaptive", "sliding_plane", "single_cell")
 WINDOWS_M, WINDOWS_DEG = (3.0, 4.5, 6.0, 9.0), (1.8, 2.7, 3.6, 5.4)
 
@@ -232,8 +229,6 @@ def main() -> None:
             retrieval_figures.errorbars(results.cells, arguments.out / "retrieval_errorbars.png")
     if "ambiguity" in sections:
         retrieval_ambiguity.main(arguments.seeds)
-    if "speed" in sections:
-        retrieval_speed.main()
 
 
 if __name__ == "__main__":

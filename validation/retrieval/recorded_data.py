@@ -21,7 +21,6 @@ recording:
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +34,7 @@ import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry.input.recorded import open_recording
 from seamap_rt.settings import RetrievalSettings
+from validation.options import options
 
 HEADING_DEG = 100.0
 COUNTS = 8192
@@ -119,9 +119,7 @@ def agreement(echoes: xr.Dataset, recorded: xr.Dataset, **settings: Any) -> Agre
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=None, help="folder for the recording; default a temporary one")
-    folder = parser.parse_args().out
+    folder = options(__doc__, out=Path).out
     echoes = sr.simulate(sr.load_scene("tiny")).echoes
     with tempfile.TemporaryDirectory() as temporary:
         folder = folder or Path(temporary)

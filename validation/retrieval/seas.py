@@ -1,7 +1,7 @@
 """Heights and error bars on fourteen seas that nothing was tuned on, masts of 3 to 20 m, baselines of 0.1 to 0.9 m, and
 on another radar.
 
-    python -m validation.retrieval.seas [--seeds 3] [--only "wind 0.7 m"]
+    python -m validation.retrieval.seas [--seeds 3] [--only "wind 0.7 m"] [--no-floor]
 
 One turn each, 50–200 m, with the 1 W radar's noise, by the horizon tracer. Of unflagged cells: 1.4826 MAD of error over
 stated error (the median of the seeds, least and most), and the share of errors within 1.96 of their error bars; rms,
@@ -13,7 +13,6 @@ maps of both ways, which from the highest masts are blurred near by.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,6 +25,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
+from validation.options import options
 from validation.retrieval.floor import floors, law_of
 
 
@@ -147,11 +147,7 @@ def against_truth(maps: xr.DataTree, truth: xr.DataTree) -> tuple[dict[str, floa
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--no-floor", action="store_true")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=3, only="", no_floor=False)
     print(f"{'sea, mast m, baseline m':56} ratio (least, most)  within   rms floor  corr slope  lost")
     for case in (each for each in CASES if arguments.only in each.name):
         turns = [found(case, seed, not arguments.no_floor) for seed in range(1, arguments.seeds + 1)]

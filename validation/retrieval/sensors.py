@@ -9,14 +9,13 @@ drawn from the accuracy that is stated: single turns scatter, since a turn has f
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from validation.draws import Keys, mast, waves
+from validation.options import options
 from validation.retrieval.seas import against_truth
 
 
@@ -83,11 +82,7 @@ def found(scene: Scene) -> tuple[str, np.ndarray]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draw", type=int, default=500)
-    parser.add_argument("--count", type=int, default=12)
-    parser.add_argument("--seeds", type=int, default=3, help="of rough_ride")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, draw=500, count=12, seeds=3)
     rides = [
         sr.load_scene("rough_ride", overrides={"seed": seed, "tracing.tracer": "horizon"})
         for seed in range(1, 1 + arguments.seeds)

@@ -10,7 +10,6 @@ cells' slopes towards east and north, where the centre's polar cell has no flag.
 
 from __future__ import annotations
 
-import argparse
 from collections import defaultdict
 
 import numpy as np
@@ -20,6 +19,7 @@ import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from validation.draws import drawn, in_words
+from validation.options import options
 from validation.retrieval.cells import LEAST_CELLS, rms, robust
 
 BANDS_M = ((15.0, 25.0), (25.0, 50.0), (50.0, 200.0))
@@ -69,11 +69,7 @@ def judged(scene: Scene) -> Figures:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draw", type=int, help="number to draw scenes from; without it the shipped ones")
-    parser.add_argument("--count", type=int, default=12, help="scenes of a kind")
-    parser.add_argument("--of", default="seas,radars", help="kinds of scenes, with commas between them")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, draw=int, count=12, of="seas,radars")
     if arguments.draw is None:
         scenes = [sr.load_scene(name, {"tracing.tracer": "horizon"}) for name in SHIPPED]
     else:

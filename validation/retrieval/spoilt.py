@@ -8,12 +8,12 @@ that would be believed without it.
 
 from __future__ import annotations
 
-import argparse
 from typing import Any
 
 import numpy as np
 
 import seamap_rt as sr
+from validation.options import options
 
 HEADER: dict[str, Any] = {
     "frequency_hz": 10e9,
@@ -114,9 +114,7 @@ def said(case: Case) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", help="cases whose name holds this")
-    given = parser.parse_args()
+    given = options(__doc__, only="")
     for name, case in cases().items():
         if given.only in name:
             print(f"{name:24} {said(case)}", flush=True)

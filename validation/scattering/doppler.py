@@ -10,10 +10,8 @@ The slowest scan (1 rpm, a beam's dwell of 0.2 s resolves 2 Hz) over the waves o
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,30 +27,18 @@ from seamap_rt.echoes.speckle import Motion
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
-from seamap_rt.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    POWER_COLOURS,
-    VERMILION,
-    colour_bar,
-    graph,
-    new_figure,
-    place,
-    png,
-    styled,
-)
+from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination
 from validation import FIGURES
+from validation.options import options
 
 UP_WAVE, DOWN_WAVE = 270.0, 90.0  # waves and wind of choppy_sea come from 270°
 LOOKS = ((UP_WAVE, "up-wave"), (DOWN_WAVE, "down-wave"))
 SEGMENT = 400  # pulses: with a Hann window 3 Hz
 DWELL_DEG = 1.27  # two-way beam at half power
-COLOUR = {"VV": BLUE, "HH": VERMILION}
+COLOUR = {"VV": style.BLUE, "HH": style.VERMILION}
 SHOWN_HZ = 300.0
 SMOOTH = 31  # gates: a wavelength of the waves' peak
 
@@ -99,10 +85,10 @@ class Case:
 
 
 CASES = (
-    Case("Bragg waves, both ways alike", BLACK, 0.5, 0.0),
-    Case("Bragg waves, 90 % approach", BLUE, 0.9, 0.0),
-    Case("and half breakers at 3 m/s towards", VERMILION, 0.9, 0.5, -3.0),
-    Case("breakers at 1 m/s away", GREEN, 0.5, 1.0, 1.0),
+    Case("Bragg waves, both ways alike", style.BLACK, 0.5, 0.0),
+    Case("Bragg waves, 90 % approach", style.BLUE, 0.9, 0.0),
+    Case("and half breakers at 3 m/s towards", style.VERMILION, 0.9, 0.5, -3.0),
+    Case("breakers at 1 m/s away", style.GREEN, 0.5, 1.0, 1.0),
 )
 
 
@@ -126,21 +112,21 @@ def correlations(seeds: int) -> tuple[NDArray[np.float64], dict[str, NDArray[np.
     return lags / scene.radar.prf_hz, {c.name: correlation(tau, c.motion(facets)) / beam for c in CASES}, scene
 
 
-@styled
+@style.styled
 def draw_correlations(
     lag: NDArray[np.float64], correlation: dict[str, NDArray[np.complex128]], tau: float, k: float
 ) -> Figure:
-    figure = new_figure(3.0)
+    figure = style.new_figure(3.0)
     fine = np.linspace(0.0, lag[-1], 400)
     for n, (part, name) in enumerate(((np.real, "real part"), (np.imag, "imaginary part"))):
-        axes = place(figure, 0.55 + 3.5 * n, 0.3, 2.9, 1.75)
-        graph(axes, "lag, ms", "autocorrelation", f"{'ab'[n]}) {name}")
+        axes = style.place(figure, 0.55 + 3.5 * n, 0.3, 2.9, 1.75)
+        style.graph(axes, "lag, ms", "autocorrelation", f"{'ab'[n]}) {name}")
         for case in CASES:
             axes.plot(1e3 * fine, part(case.law(fine, tau, k)), color=case.colour, linewidth=1.0, label=case.name)
             axes.plot(
                 1e3 * lag, part(correlation[case.name]), color=case.colour, marker="o", markersize=2.5, linestyle=""
             )
-        axes.axhline(0.0, color=GREY, linewidth=0.5)
+        axes.axhline(0.0, color=style.GREY, linewidth=0.5)
         axes.set_xlim(0.0, 1e3 * lag[-1])
         if n == 0:
             figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=2)
@@ -252,19 +238,19 @@ def expected_spectra(
     return by_doppler(np.ones_like(power), 0.0), widened(bragg, tau) + breakers
 
 
-@styled
+@style.styled
 def draw_spectra(looks: dict[tuple[float, str], Look], radar_gates: NDArray[np.float64], hz: float) -> Figure:
     """Range–Doppler pictures of one dwell, and mean spectra; hz: Doppler of 1 m/s."""
-    figure = new_figure(6.35)
+    figure = style.new_figure(6.35)
     for n, polarization in enumerate(POLARIZATIONS):
-        axes = place(figure, 0.5 + 3.45 * n, 0.3, 2.9, 2.2)
+        axes = style.place(figure, 0.5 + 3.45 * n, 0.3, 2.9, 2.2)
         title = f"{'ab'[n]}) up-wave, {polarization}: one dwell of {0.5 * SEGMENT / 800.0:.2f} s"
         draw_dwell(axes, looks[UP_WAVE, polarization], radar_gates, title)
     label = "power density over its mean in a wavelength of sea, dB"
-    colour_bar(figure, figure.axes[0].collections[0], 2.2, 3.0, 2.8, label, "both")
+    style.colour_bar(figure, figure.axes[0].collections[0], 2.2, 3.0, 2.8, label, "both")
     for n, (direction, name) in enumerate(LOOKS):
-        axes = place(figure, 0.5 + 3.45 * n, 4.1, 2.9, 1.65)
-        graph(axes, "Doppler frequency, Hz", "density, 10⁻³/Hz", "")
+        axes = style.place(figure, 0.5 + 3.45 * n, 4.1, 2.9, 1.65)
+        style.graph(axes, "Doppler frequency, Hz", "density, 10⁻³/Hz", "")
         axes.set_title(f"{'cd'[n]}) {name}, {radar_gates[0]:.0f}–{radar_gates[-1]:.0f} m", pad=25.0)
         draw_mean(axes, {p: looks[direction, p] for p in POLARIZATIONS})
         top = axes.secondary_xaxis("top", functions=(lambda f: np.divide(f, hz), lambda v: np.multiply(v, hz)))
@@ -278,7 +264,7 @@ def draw_mean(axes: Axes, looks: dict[str, Look]) -> None:
     """Mean spectra of a look, over the distribution of the water's own Doppler."""
     water = looks["VV"]
     axes.fill_between(
-        water.frequency, 1e3 * water.mean(water.water), color=GREY, alpha=0.3, linewidth=0.0, label="water, VV"
+        water.frequency, 1e3 * water.mean(water.water), color=style.GREY, alpha=0.3, linewidth=0.0, label="water, VV"
     )
     for polarization, look in looks.items():
         colour = COLOUR[polarization]
@@ -286,23 +272,23 @@ def draw_mean(axes: Axes, looks: dict[str, Look]) -> None:
         axes.plot(
             look.frequency,
             1e3 * look.mean(look.expected),
-            color=BLACK,
+            color=style.BLACK,
             linewidth=1.0,
             linestyle=":" if polarization == "VV" else "--",
             label=f"{polarization}, from the facets",
         )
     axes.set_xlim(-SHOWN_HZ, SHOWN_HZ)
     axes.set_ylim(0.0, None)
-    axes.axvline(0.0, color=GREY, linewidth=0.5)
+    axes.axvline(0.0, color=style.GREY, linewidth=0.5)
 
 
 def draw_dwell(axes: Axes, look: Look, ranges: NDArray[np.float64], title: str) -> None:
     """One dwell's spectra, and the mean Doppler of the water that it lights."""
-    graph(axes, "Doppler frequency, Hz", "range, m", title)
+    style.graph(axes, "Doppler frequency, Hz", "range, m", title)
     level = 10.0 * np.log10(np.maximum(look.middle * look.frequency.size, 1e-6))
-    axes.pcolormesh(look.frequency, ranges, level, vmin=-15.0, vmax=20.0, cmap=POWER_COLOURS, rasterized=True)
+    axes.pcolormesh(look.frequency, ranges, level, vmin=-15.0, vmax=20.0, cmap=style.POWER_COLOURS, rasterized=True)
     axes.plot(look.middle_water, ranges, color="white", linewidth=2.4)
-    axes.plot(look.middle_water, ranges, color=VERMILION, linewidth=1.2)
+    axes.plot(look.middle_water, ranges, color=style.VERMILION, linewidth=1.2)
     axes.set_xlim(-SHOWN_HZ, SHOWN_HZ)
     axes.set_ylim(ranges[0], ranges[-1])
     axes.grid(False)
@@ -312,10 +298,7 @@ def draw_dwell(axes: Axes, look: Look, ranges: NDArray[np.float64], title: str) 
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--seeds", type=int, default=4, help="draws of the speckle")
-    options.add_argument("--out", type=Path, default=FIGURES, help="folder of the figures")
-    chosen = options.parse_args()
+    chosen = options(__doc__, seeds=4, out=FIGURES)
     chosen.out.mkdir(parents=True, exist_ok=True)
 
     lag, correlation, scene = correlations(chosen.seeds)
@@ -323,7 +306,7 @@ def main() -> None:
     print(f"autocorrelation over {lag[-1] * 1e3:.0f} ms, {chosen.seeds} draws: largest deviation from the expected one")
     for case in CASES:
         print(f"  {case.name:36} {np.max(np.abs(correlation[case.name] - case.law(lag, tau, k))):.4f}")
-    (chosen.out / "doppler_correlation.png").write_bytes(png(draw_correlations(lag, correlation, tau, k)))
+    (chosen.out / "doppler_correlation.png").write_bytes(style.png(draw_correlations(lag, correlation, tau, k)))
 
     looks = {}
     print(f"{'mean Doppler':24} {'water':>8} {'expected':>10} {'simulated':>9}   Hz (positive: approaching)")
@@ -336,7 +319,7 @@ def main() -> None:
                 f"{name + ', ' + polarization:24} {centroids[0]:8.1f} {centroids[1]:10.1f} {centroids[2]:8.1f}",
                 flush=True,
             )
-    (chosen.out / "doppler_spectra.png").write_bytes(png(draw_spectra(looks, gates(scene.radar), k / np.pi)))
+    (chosen.out / "doppler_spectra.png").write_bytes(style.png(draw_spectra(looks, gates(scene.radar), k / np.pi)))
     print(f"figures: {chosen.out}/doppler_correlation.png, doppler_spectra.png")
 
 

@@ -14,11 +14,9 @@ the wind, within the models' ranges and beyond 13.2 m/s, where NRL 2012 ends. Ta
 
 from __future__ import annotations
 
-import argparse
 import csv
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -27,32 +25,28 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import db
-from seamap_rt.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    graph,
-    new_figure,
-    place,
-    png,
-    styled,
-)
+from seamap_rt.report import style
 from seamap_rt.scattering import wind_from_sea_state
 from seamap_rt.scattering.composite import nrcs_level_sea
 from seamap_rt.scattering.mean_models import MEAN_MODELS, MeanModel, mean_nrcs
 from seamap_rt.settings import ScatteringSettings
 from validation import FIGURES, REFERENCE
+from validation.options import options
 from validation.scattering.nrcs_facets import GRAZING_DEG, SEEDS, levels, looks_by_wind
 
 TABLE = REFERENCE / "nathanson_9p3ghz.csv"
 FREQUENCY_HZ = 9.3e9
 SEA_STATES = range(1, 6)
 DRAWN = (1, 3, 5)
-LINES = ((BLUE, "-"), (VERMILION, "-"), (GREEN, "-"), (PURPLE, "-"), (ORANGE, "-"), (ORANGE, ":"), (SKY, "--"))
+LINES = (
+    (style.BLUE, "-"),
+    (style.VERMILION, "-"),
+    (style.GREEN, "-"),
+    (style.PURPLE, "-"),
+    (style.ORANGE, "-"),
+    (style.ORANGE, ":"),
+    (style.SKY, "--"),
+)
 
 # (grazing_deg, sea_state, polarization) → linear σ0 at 9.3 GHz, mean over wind directions, NaN where it says nothing
 Curve: TypeAlias = Callable[[NDArray[np.float64], float, str], NDArray[np.float64]]
@@ -223,13 +217,13 @@ def print_growth() -> None:
 # ------------------------------------------------------------------------------------------------------------ picture
 
 
-@styled
+@style.styled
 def draw(compared: list[tuple[str, Curve]], table: list[Measured]) -> Figure:
     """HH above VV, calm to rough from left to right."""
-    figure = new_figure(5.2)
+    figure = style.new_figure(5.2)
     for row, polarization in enumerate(("HH", "VV")):
         for column, state in enumerate(DRAWN):
-            axes = place(figure, 0.5 + 2.27 * column, 0.3 + 2.25 * row, 1.95, 1.75)
+            axes = style.place(figure, 0.5 + 2.27 * column, 0.3 + 2.25 * row, 1.95, 1.75)
             draw_panel(axes, polarization, state, compared, table)
             if column == 0:
                 axes.set_ylabel("σ0, dB")
@@ -246,7 +240,7 @@ def draw(compared: list[tuple[str, Curve]], table: list[Measured]) -> Figure:
 def draw_panel(
     axes: Axes, polarization: str, state: int, compared: list[tuple[str, Curve]], table: list[Measured]
 ) -> None:
-    graph(axes, "grazing angle, °", "", f"{polarization}, sea state {state}")
+    style.graph(axes, "grazing angle, °", "", f"{polarization}, sea state {state}")
     grazing = np.geomspace(0.1, 60.0, 300)
     for (label, curve), (colour, dash) in zip(compared, LINES, strict=True):
         level = db(curve(grazing, float(state), polarization))
@@ -255,7 +249,7 @@ def draw_panel(
     axes.plot(
         [row.grazing_deg for row in points],
         [row.level_db[state] for row in points],
-        color=BLACK,
+        color=style.BLACK,
         marker="o",
         markersize=3.5,
         linestyle="",
@@ -268,10 +262,7 @@ def draw_panel(
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--out", type=Path, default=FIGURES / "nrcs_models.png")
-    options.add_argument("--wind", action="store_true", help="contrasts of direction and growth with the wind alone")
-    chosen = options.parse_args()
+    chosen = options(__doc__, out=FIGURES / "nrcs_models.png", wind=False)
     if chosen.wind:
         print_contrasts(8.0, SEEDS)
         print_growth()
@@ -280,7 +271,7 @@ def main() -> None:
     print_deviations(compared, table)
     print_terms(table)
     chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_bytes(png(draw(compared, table)))
+    chosen.out.write_bytes(style.png(draw(compared, table)))
 
 
 if __name__ == "__main__":

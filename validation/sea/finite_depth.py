@@ -8,7 +8,6 @@ estimate. The seas are drawn here, by Airy's waves, without the simulator's.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth
 from seamap_rt.wavefield import sea_state
+from validation.options import options
 
 GROUND = np.arange(12.0, 180.0, 3.0)
 AZIMUTH = 0.9 + 1.8 * np.arange(200)
@@ -114,9 +114,7 @@ def random_sea(seed: int, period: float, depth: float, along_m_s: float = 0.0) -
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=16)
-    seeds = range(100, 100 + parser.parse_args().seeds)
+    seeds = range(100, 100 + options(__doc__, seeds=16).seeds)
     columns = "Tp", "depth", "current along", "mean", "stated error", "rms of error/stated", "within 2 stated"
     print("| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
     for period, depth, along in CASES:

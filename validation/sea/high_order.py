@@ -12,7 +12,6 @@ growing steepness go on for some minutes.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from seamap_rt.sea import realize
 from seamap_rt.sea.high_order import Evolution, Plan
 from seamap_rt.settings import JonswapWaves, SeaSettings
 from validation import FIGURES
+from validation.options import options
 
 _PERIOD = 5.5  # s
 _COLOURS = {1: GREY, 2: BLUE, 3: GREEN, 4: PURPLE, 5: ORANGE}
@@ -177,13 +177,14 @@ def draw(costs: list[Cost], out: Path) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--sides", type=float, nargs="+", default=[128.0, 256.0, 512.0, 1024.0], help="m")
-    options.add_argument("--orders", type=int, nargs="+", default=[2, 3, 5])
-    options.add_argument("--minutes", type=float, default=10.0, help="of the seas that go on; 0 for none")
-    options.add_argument("--repeats", type=int, default=5)
-    options.add_argument("--out", type=Path, default=FIGURES / "high_order.png")
-    chosen = options.parse_args()
+    chosen = options(
+        __doc__,
+        sides=[128.0, 256.0, 512.0, 1024.0],
+        orders=[2, 3, 5],
+        minutes=10.0,
+        repeats=5,
+        out=FIGURES / "high_order.png",
+    )
     print(f"{threads()} threads")
     cost(chosen.sides[0], chosen.orders[0], 1)  # begins the threads
     print("order  points   step s  s/step  s a s of sea   FFTs  share     MB")

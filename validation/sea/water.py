@@ -12,10 +12,8 @@ Draws
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -39,10 +37,11 @@ from seamap_rt.report.style import (
     png,
     styled,
 )
-from seamap_rt.sea import Sea, realize, spectra, spectral_system, spreading
-from seamap_rt.sea.spectra import elfouhaily97, elfouhaily97_contrast, elfouhaily97_spreading
+from seamap_rt.sea import Sea, realize, spectral_system, spreading
+from seamap_rt.sea.spectra import elfouhaily97_contrast
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, PiersonMoskowitzWaves, RandomWaves, SeaSettings, TmaWaves
 from validation import FIGURES
+from validation.options import options
 
 LIMIT = np.pi / 0.8  # rad/m, the default resolution's: beyond it the waves are the scattering's
 LOG_K = np.linspace(np.log(1e-3), np.log(2e4), 20_001)
@@ -53,73 +52,6 @@ YOUNG = JonswapWaves(spectrum="jonswap", wind_speed_m_s=8.0, fetch_m=1e5)
 STEEP = JonswapWaves(spectrum="jonswap", significant_wave_height_m=2.4, peak_period_s=5.0)  # Hs/length 0.06
 STEEP_PEAK = float(wavenumber(2.0 * np.pi / 5.0))
 STEEP_EXTENT, STEEP_RESOLUTION, STEEP_SIDE = 256.0, 1.0, 768
-
-
-@dataclass(frozen=True)
-class Check:
-    """A published value and ours."""
-
-    what: str
-    source: str
-    published: float
-    ours: float
-
-
-# --------------------------------------------------------------------------------------------------- published values
-
-
-def checks() -> Iterator[Check]:
-    """All of them."""
-    omega = np.geomspace(1e-2, 2e3, 200_001)
-    pm = spectra.pierson_moskowitz(omega, wind_speed=10.0)
-    yield Check(
-        "Pierson–Moskowitz Hs at U10 = 10 m/s [m]",
-        "Pierson & Moskowitz 1964",
-        2.245,
-        float(4.0 * np.sqrt(np.trapezoid(pm * omega, np.log(omega)))),
-    )
-    for frequency, value in ((1.0, 1.69350993), (2.0, 0.06352698), (3.0, 0.00844783)):
-        computed = float(spectra.pierson_moskowitz_scaled(frequency, 6.5, 10.0))
-        yield Check(f"Bretschneider S(ω = {frequency:g}), Hs 6.5 m, Tp 10 s [m² s]", "WAFO", value, computed)
-    shallow = float(wavenumber(1.0, 5.0, surface_tension=0.0))
-    yield Check("k of ω = 1 in 5 m [rad/m]", "dispersion, to 6 digits", 0.156104, shallow)
-    yield Check("TMA Φ(ω = 1, h = 5 m)", "Bouws et al. 1985", 0.252977, float(spectra.tma_depth_factor(1.0, 5.0)))
-    for depth, printed in (
-        (np.inf, (0.1019368, 0.4077472, 0.91743119)),
-        (20.0, (0.10503601, 0.40774726, 0.91743119)),
-    ):
-        for frequency, value in zip((1.0, 2.0, 3.0), printed, strict=True):
-            where = "deep water" if np.isinf(depth) else f"{depth:g} m"
-            computed = float(wavenumber(frequency, depth, surface_tension=0.0))
-            yield Check(f"k of ω = {frequency:g} in {where} [rad/m]", "dispersion tables", value, computed)
-    slowest = np.sqrt(9.81 * 1025.0 / 0.074)
-    yield Check("slowest phase speed [m/s]", "Kelvin 1871", 0.2307, float(angular_frequency(slowest) / slowest))
-    yield from elfouhaily_checks()
-
-
-def elfouhaily_checks() -> Iterator[Check]:
-    """Moments of the wind sea, and Cox & Munk's slopes of a clean sea (their scatter is ± 0.004)."""
-    k = np.exp(LOG_K)
-
-    def over_k(density: NDArray[np.float64]) -> float:
-        return float(np.trapezoid(density * k, LOG_K))
-
-    for wind, hs, total, up in ((5.0, 0.648, 0.03167, 0.01894), (10.0, 2.634, 0.06047, 0.03560)):
-        s, spread = elfouhaily97(k, wind), elfouhaily97_spreading(k, wind)
-        at, source = f"at U10 = {wind:g} m/s", "Elfouhaily et al. 1997"
-        yield Check(f"Elfouhaily Hs {at} [m]", source, hs, 4.0 * np.sqrt(over_k(s)))
-        yield Check(f"Elfouhaily mean square slope {at}", source, total, over_k(k**2 * s))
-        yield Check(f"  its up-wind part {at}", source, up, over_k(k**2 * s * (0.5 + 0.25 * spread)))
-    for wind in (4.0, 7.0, 10.0, 13.0):
-        slope = over_k(k**2 * elfouhaily97(k, wind))
-        yield Check(f"mean square slope at U = {wind:g} m/s", "Cox & Munk 1954, ± 0.004", 0.003 + 0.00512 * wind, slope)
-
-
-def print_checks(rows: list[Check]) -> None:
-    print(f"{'':<52} {'source':<26} {'published':>12} {'ours':>12} {'deviation':>10}")
-    for row in rows:
-        deviation = row.ours / row.published - 1.0
-        print(f"{row.what:<52} {row.source:<26} {row.published:12.8g} {row.ours:12.8g} {deviation:+10.1e}")
 
 
 # --------------------------------------------------------------------------------------------------------- dispersion
@@ -345,12 +277,8 @@ def draw_profile(figure: Figure) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    options.add_argument("--seeds", type=int, default=6, help="seeds of the steep sea")
-    options.add_argument("--out", type=Path, default=FIGURES, help="folder of the figures")
-    chosen = options.parse_args()
+    chosen = options(__doc__, seeds=6, out=FIGURES)
 
-    print_checks(list(checks()))
     linear, choppy = (over_the_ground(model, chosen.seeds) for model in ("linear", "choppy"))
     facts = steep_sea("choppy", 0).resolved.choppy
     assert facts is not None

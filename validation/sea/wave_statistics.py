@@ -26,7 +26,6 @@ crests: with spreading the dynamic part fades (Fedele 2015). What is measured is
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +33,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.sea.high_order import Band, Evolution, State
+from validation.options import options
 
 from .published_waves import DOMMERMUTH_YUE, HOS_OCEAN, velocity_error
 
@@ -192,11 +192,7 @@ def dynamic(waves: int, seeds: range) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="published,bound,dynamic", help="sections, with commas between them")
-    parser.add_argument("--waves", type=int, default=1024, help="peak waves on the line")
-    parser.add_argument("--seeds", default="1:7", help="a:b are a … b − 1")
-    chosen = parser.parse_args()
+    chosen = options(__doc__, only="published,bound,dynamic", waves=1024, seeds="1:7")
     seeds = range(*(int(each) for each in chosen.seeds.split(":")))
     sections = {"published": published, "bound": lambda: bound(chosen.waves, seeds)}
     sections["dynamic"] = lambda: dynamic(chosen.waves, seeds)

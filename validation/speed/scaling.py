@@ -38,27 +38,20 @@ import seamap_rt as sr
 from seamap_rt.compute.backend import prepare
 from seamap_rt.compute.machine import peak_memory
 from seamap_rt.errors import InputError
-from seamap_rt.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    graph,
-    new_figure,
-    place,
-    png,
-    styled,
-)
+from seamap_rt.report import style
 from seamap_rt.scene.checks.water import BYTES_PER_TRIANGLE
 from seamap_rt.session import run, simulate
 from seamap_rt.simulation import Simulator
 from validation import FIGURES, ROOT
 
-STAGES = {"sea": SKY, "mesh": GREEN, "trace": VERMILION, "echoes": BLUE, "truth": PURPLE, "turn": BLACK}
+STAGES = {
+    "sea": style.SKY,
+    "mesh": style.GREEN,
+    "trace": style.VERMILION,
+    "echoes": style.BLUE,
+    "truth": style.PURPLE,
+    "turn": style.BLACK,
+}
 EXTENTS_M = {200.0: 512.0, 400.0: 1024.0, 800.0: 2048.0, 1500.0: 3072.0, 3000.0: 6144.0}
 MESHES = ((5.0, 3), (1.5, 3), (0.8, 4), (0.4, 6), (0.2, 10), (0.1, 16), (0.06, 32))  # 10⁴ to 10⁷ facets in 30°
 SECTORS_DEG = (10.0, 30.0, 90.0, 180.0, 360.0)
@@ -286,33 +279,41 @@ def show_refusals() -> None:
 # ------------------------------------------------------------------------------------------------------ the figure
 
 
-@styled
+@style.styled
 def draw(swept: list[tuple[Sweep, list[Point]]], marches: list[March], path: Path) -> None:
-    figure = new_figure(7.35)
+    figure = style.new_figure(7.35)
     shown = [(sweep, points) for sweep, points in swept if sweep.tracer == "facets"]
     for column, (sweep, points) in enumerate(shown):
         left, x = 0.55 + 2.3 * column, axis_of(sweep, points)
-        _seconds(place(figure, left, 0.3, 1.75, 1.9), sweep, points, swept, "abc"[column])
-        axes = place(figure, left, 2.85, 1.75, 1.5)
-        graph(axes, sweep.label, "memory beyond imports, GB" if column == 0 else "", f"{'def'[column]}) peak memory")
-        axes.loglog(x, [1e-9 * point.memory for point in points], "o-", color=BLACK, markersize=2.5, label="facets")
+        _seconds(style.place(figure, left, 0.3, 1.75, 1.9), sweep, points, swept, "abc"[column])
+        axes = style.place(figure, left, 2.85, 1.75, 1.5)
+        style.graph(
+            axes, sweep.label, "memory beyond imports, GB" if column == 0 else "", f"{'def'[column]}) peak memory"
+        )
+        axes.loglog(
+            x, [1e-9 * point.memory for point in points], "o-", color=style.BLACK, markersize=2.5, label="facets"
+        )
         for other, measured in swept:
             if other.name == sweep.name and other.tracer == "horizon":
                 memory = [1e-9 * point.memory for point in measured]
-                axes.loglog(axis_of(other, measured), memory, "o--", color=ORANGE, markersize=2.5, label="horizon")
+                axes.loglog(
+                    axis_of(other, measured), memory, "o--", color=style.ORANGE, markersize=2.5, label="horizon"
+                )
         if sweep.name == "facets":
-            axes.loglog(x, 1e-9 * BYTES_PER_TRIANGLE * x, ":", color=GREY, label=f"{BYTES_PER_TRIANGLE:.0f} B a facet")
+            axes.loglog(
+                x, 1e-9 * BYTES_PER_TRIANGLE * x, ":", color=style.GREY, label=f"{BYTES_PER_TRIANGLE:.0f} B a facet"
+            )
             axes.legend()
         _plain_ticks(axes, x)
         axes.set_ylim(0.05, 20.0)
-    _marches(place(figure, 0.55, 5.05, 2.9, 1.9), place(figure, 4.15, 5.05, 2.9, 1.9), marches)
+    _marches(style.place(figure, 0.55, 5.05, 2.9, 1.9), style.place(figure, 4.15, 5.05, 2.9, 1.9), marches)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(png(figure))
+    path.write_bytes(style.png(figure))
 
 
 def _seconds(axes: Any, sweep: Sweep, points: list[Point], swept: list[tuple[Sweep, list[Point]]], letter: str) -> None:
     x = axis_of(sweep, points)
-    graph(axes, sweep.label, "seconds of a warm turn" if letter == "a" else "", f"{letter}) by {sweep.name}")
+    style.graph(axes, sweep.label, "seconds of a warm turn" if letter == "a" else "", f"{letter}) by {sweep.name}")
     for stage, colour in STAGES.items():
         y = np.array([point.seconds[stage] for point in points])
         axes.loglog(x, y, "o-", color=colour, markersize=2.5, label=f"{stage} {slope(x, y):+.2f}")
@@ -320,9 +321,9 @@ def _seconds(axes: Any, sweep: Sweep, points: list[Point], swept: list[tuple[Swe
         if other.name == sweep.name and other.tracer == "horizon":
             y = np.array([point.seconds["trace"] for point in measured])
             at = axis_of(other, measured)
-            axes.loglog(at, y, "o--", color=ORANGE, markersize=2.5, label=f"horizon {slope(at, y):+.2f}")
+            axes.loglog(at, y, "o--", color=style.ORANGE, markersize=2.5, label=f"horizon {slope(at, y):+.2f}")
     if sweep.name == "sector":
-        axes.loglog(x, x / 360.0, ":", color=GREY, label="real time")
+        axes.loglog(x, x / 360.0, ":", color=style.GREY, label="real time")
     _plain_ticks(axes, x)
     axes.set_ylim(3e-4, 300.0)
     axes.legend(fontsize=5.5, ncols=2, columnspacing=0.8, handlelength=1.2, loc="upper left")
@@ -336,9 +337,9 @@ def _plain_ticks(axes: Any, x: Array) -> None:
 
 
 def _marches(memory: Any, seconds: Any, marches: list[March]) -> None:
-    graph(memory, "turn", "memory held, MB", "g) memory over turns")
-    graph(seconds, "turn", "seconds a turn, median of 20", "h) time over turns")
-    for each, colour in zip(marches, (BLUE, ORANGE), strict=True):
+    style.graph(memory, "turn", "memory held, MB", "g) memory over turns")
+    style.graph(seconds, "turn", "seconds a turn, median of 20", "h) time over turns")
+    for each, colour in zip(marches, (style.BLUE, style.ORANGE), strict=True):
         label = f"{each.label}: last/early {each.late_over_early(each.memory):.3f}"
         memory.plot(1e-6 * each.memory, color=colour, label=label)
         blocks = each.processor.size // 20

@@ -21,15 +21,14 @@ hour, and there the reference itself is compared with one of half its spacings (
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from seamap_rt.compute.backend import prepare
 from validation import FIGURES
+from validation.options import options
 from validation.speed.speed_error_figure import QUANTITIES, TARGET_S, Drawn, Kept, draw
 from validation.speed.speed_error_setups import (
     FINE_SPLINE,
@@ -253,12 +252,7 @@ def print_verdict(drawn: Drawn) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="five meshes, one seed, a coarser reference")
-    parser.add_argument("--full", action="store_true", help="45 meshes, eight seeds")
-    parser.add_argument("--repeat", type=int, help="rounds of turns; 3, quickly 2")
-    parser.add_argument("--out", type=Path, default=FIGURES)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, quick=False, full=False, repeat=int, out=FIGURES)
     plan = QUICK if arguments.quick else FULL if arguments.full else NORMAL
     bench = Bench()
     drawn = measured(bench, plan, arguments.repeat or (2 if arguments.quick else 3))

@@ -13,21 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from seamap_rt.mesh.sizing import MeshDetail
-from seamap_rt.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    graph,
-    new_figure,
-    place,
-    png,
-    styled,
-)
+from seamap_rt.report import style
 from validation.speed.speed_error_setups import (
     STAGES,
     TRACERS,
@@ -43,9 +29,9 @@ from validation.speed.speed_error_setups import (
 )
 
 TARGET_S = {"facets": 1.0, "horizon": 0.5}
-COLOUR = {"facets": BLUE, "horizon": VERMILION}
+COLOUR = {"facets": style.BLUE, "horizon": style.VERMILION}
 LABELLED = (0, 1)  # quantities whose fronts have their meshes written beside them
-STAGE_COLOUR = dict(zip(STAGES, (SKY, GREY, BLUE, ORANGE), strict=True))
+STAGE_COLOUR = dict(zip(STAGES, (style.SKY, style.GREY, style.BLUE, style.ORANGE), strict=True))
 
 
 class Quantity(NamedTuple):
@@ -94,33 +80,33 @@ class Drawn:
 
 def draw(drawn: Drawn, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(png(figure_of(drawn)))
+    path.write_bytes(style.png(figure_of(drawn)))
 
 
-@styled
+@style.styled
 def figure_of(drawn: Drawn) -> Figure:
-    figure = new_figure(8.6)
+    figure = style.new_figure(8.6)
     for number, quantity in enumerate(QUANTITIES):
-        axes = place(figure, 0.55 + 3.6 * (number % 2), 0.3 + 2.85 * (number // 2), 2.95, 2.2)
+        axes = style.place(figure, 0.55 + 3.6 * (number % 2), 0.3 + 2.85 * (number // 2), 2.95, 2.2)
         labels = "; facet m × columns a beam, facets" if number in LABELLED else ""
         title = f"{'abcd'[number]}) {quantity.name}{labels}"
-        graph(axes, "seconds a turn", f"error, {quantity.unit}, rms", title)
+        style.graph(axes, "seconds a turn", f"error, {quantity.unit}, rms", title)
         _target(axes, quantity)
         for tracer in TRACERS:
             _setups(axes, drawn, tracer, number)
         for spline, (point, _) in drawn.splines.items():
             error = quantity.scale * point.errors.window[number]
-            axes.plot(point.seconds, error, "D", color=GREEN, markersize=3, markerfacecolor="none", zorder=4)
+            axes.plot(point.seconds, error, "D", color=style.GREEN, markersize=3, markerfacecolor="none", zorder=4)
             if spline.order == 3:
                 axes.annotate("order 3", (point.seconds, error), (3, -7), textcoords="offset points", fontsize=5)
         residual = quantity.scale * drawn.reference.residual[number]
-        axes.axhline(residual, color=GREY, linewidth=0.7, linestyle=":")
+        axes.axhline(residual, color=style.GREY, linewidth=0.7, linestyle=":")
         axes.annotate("reference's own", (0.99, residual), (0, 2), **_INSIDE)
         _logarithmic(axes, drawn, number)
         if number == 0:
             _legend(axes)
-    _stages(place(figure, 1.0, 6.1, 2.5, 2.0), drawn)
-    _pulses(place(figure, 4.15, 6.1, 2.95, 2.0), drawn)
+    _stages(style.place(figure, 1.0, 6.1, 2.5, 2.0), drawn)
+    _pulses(style.place(figure, 4.15, 6.1, 2.95, 2.0), drawn)
     return figure
 
 
@@ -129,7 +115,7 @@ _INSIDE = {
     "textcoords": "offset points",
     "ha": "right",
     "fontsize": 5.5,
-    "color": GREY,
+    "color": style.GREY,
 }
 
 
@@ -155,7 +141,7 @@ def _setups(axes: Axes, drawn: Drawn, tracer: str, number: int) -> None:
             point.seconds, error, xerr=across, yerr=up, fmt=_MARK[tracer], color=colour, markersize=3, linewidth=0.5
         )
         if point.mesh == drawn.default:
-            axes.plot(point.seconds, error, "*", color=BLACK, markersize=8, zorder=5)
+            axes.plot(point.seconds, error, "*", color=style.BLACK, markersize=8, zorder=5)
     best = front(points, (number,))
     x, y = [p.seconds for p in best], [scale * p.errors.window[number] for p in best]
     axes.plot(x, y, color=colour, linewidth=0.9, zorder=3, drawstyle="steps-post")
@@ -186,15 +172,15 @@ def _legend(axes: Axes) -> None:
         axes.plot(
             [], [], f"{_MARK[tracer]}-", color=COLOUR[tracer], markersize=3, linewidth=0.9, label=f"{tracer}, front"
         )
-    axes.plot([], [], "*", color=BLACK, markersize=6, label="default")
-    axes.fill_between([], [], [], color=GREY, alpha=0.15, linewidth=0.0, label="required")
-    axes.plot([], [], "D", color=GREEN, markersize=3, markerfacecolor="none", label="other splines")
+    axes.plot([], [], "*", color=style.BLACK, markersize=6, label="default")
+    axes.fill_between([], [], [], color=style.GREY, alpha=0.15, linewidth=0.0, label="required")
+    axes.plot([], [], "D", color=style.GREEN, markersize=3, markerfacecolor="none", label="other splines")
     axes.legend(loc="lower left", fontsize=5.5, handlelength=1.5)
 
 
 def _stages(axes: Axes, drawn: Drawn) -> None:
     """Where the seconds go along the front of `facets`, and with `horizon`."""
-    graph(axes, "seconds a turn", "", "e) stages, along the front of height and power")
+    style.graph(axes, "seconds a turn", "", "e) stages, along the front of height and power")
     shown: list[Point] = front(drawn.of("facets"), (0, 1))
     shown += [point for point in drawn.of("horizon") if point.mesh == drawn.default]
     for row, point in enumerate(shown):
@@ -213,13 +199,17 @@ def _stages(axes: Axes, drawn: Drawn) -> None:
 def _pulses(axes: Axes, drawn: Drawn) -> None:
     """Retrieved heights' errors by how many pulses are kept."""
     near, far = WINDOW_M
-    graph(axes, "pulses kept, and the turn's seconds", "error, mm, rms", "f) retrieved heights, speckle and noise in")
+    style.graph(
+        axes, "pulses kept, and the turn's seconds", "error, mm, rms", "f) retrieved heights, speckle and noise in"
+    )
     positions = np.arange(len(drawn.kept))
-    for column, (label, colour) in enumerate(((f"{near:g}–{far:g} m", PURPLE), ("50–200 m", BLACK))):
+    for column, (label, colour) in enumerate(((f"{near:g}–{far:g} m", style.PURPLE), ("50–200 m", style.BLACK))):
         means, bars = _with_bars([1e3 * each.errors[:, column] for each in drawn.kept])
         axes.errorbar(positions, means, yerr=bars, fmt="o-", color=colour, markersize=3, linewidth=0.9, label=label)
     (own,) = (point for point in drawn.of("facets") if point.mesh == drawn.default)
-    axes.axhline(1e3 * own.errors.window[0], color=BLUE, linewidth=0.8, linestyle="--", label="of these by the mesh")
+    axes.axhline(
+        1e3 * own.errors.window[0], color=style.BLUE, linewidth=0.8, linestyle="--", label="of these by the mesh"
+    )
     names = [f"1 in {each.kept}\n{np.median(each.timed.totals('facets')):.2f} s" for each in drawn.kept]
     axes.set_xticks(positions, names)
     axes.set_ylim(bottom=0.0)

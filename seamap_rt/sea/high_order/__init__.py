@@ -11,7 +11,7 @@ waves that two waves bind, order 3 also that steep waves run faster and that gro
     plan        spacing, time step, duration of the beginning and memory of a scene's sea, which begins as linear waves
 
 `seamap-rt sea SCENE --nonlinear` writes one. Left out: wind, currents that vary, overturning crests, a bed that is not
-level. Evidence: validation/README.md, "A nonlinear sea".
+level. Evidence: validation/models/sea.md.
 """
 
 from .evolution import Evolution, LowPass, State
