@@ -240,7 +240,8 @@ def quotes(text: str) -> list[tuple[str, str]]:
 
 def agrees(quoted: str, path: str) -> bool:
     """Whether a figure is that of its result, to its own digits (sizes where it is quoted without a sign)."""
-    digits = len(quoted.partition(".")[2])
+    mantissa, _, power = quoted.partition("e")
+    digits = len(mantissa.partition(".")[2]) - int(power.replace("−", "-") or 0)
     value = figure(path) if quoted[0] in "−-+" else abs(figure(path))
     return abs(number(quoted) - value) <= 0.5000001 * 10.0**-digits
 
