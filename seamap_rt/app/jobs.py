@@ -253,7 +253,7 @@ class Queue:
 
     def _saved(self, job: Job) -> str:
         """What of a killed run is put under its own name."""
-        from ..io.appendable import recover  # takes half a second
+        from ..io.recovery import recover  # takes half a second
 
         try:
             found = recover(self._runs / job.folder)

@@ -132,7 +132,7 @@ def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
 def recover(folder: Annotated[Path, about("Of the run.")], /) -> int:
     """Put what a kill or a full disk has left of a run under its own names: every turn that is whole in all its
     files."""
-    from ..io.appendable import recover as recover_folder
+    from ..io.recovery import recover as recover_folder
 
     found = recover_folder(folder)
     if found is None:

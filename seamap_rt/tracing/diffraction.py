@@ -22,6 +22,7 @@ the antenna may face it. Those that lean away from their own ray stay dark.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,10 @@ from scipy.special import wofz
 from ..compute.compiled import compiled_strict
 from ..compute.machine import pool
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
-from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
+
+if TYPE_CHECKING:
+    from ..mesh.surface import SurfaceMesh  # loads trimesh
 
 _END = 22.5  # |v| from which on the edge has no effect: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
 _PER_V = 200  # entries of the table per unit of v: linear between them errs by 1e-5

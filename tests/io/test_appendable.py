@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from seamap_rt.io.appendable import AppendableNetCDF, recover_netcdf
-from seamap_rt.io.appendable import recover
+from seamap_rt.io.recovery import recover
 from seamap_rt.io.results_folder import growing
 
 def limit(size=resource.RLIM_INFINITY):

@@ -23,8 +23,9 @@ from seamap_rt.compute import locks
 from seamap_rt.compute.locks import scratch_folder
 from seamap_rt.errors import InputError
 from seamap_rt.io import echo_store
-from seamap_rt.io.appendable import AppendableNetCDF, recover
+from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
+from seamap_rt.io.recovery import recover
 from seamap_rt.io.results_folder import clear_folder, growing, results_folder
 from seamap_rt.io.turn_files import part_of
 

@@ -18,8 +18,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt.cli import main
 from seamap_rt.dataset import check
 from seamap_rt.errors import InputError, LargerThanMachine
-from seamap_rt.io.appendable import recover
 from seamap_rt.io.recorded_sea import recorded_sea as recorded_sea_file
+from seamap_rt.io.recovery import recover
 from seamap_rt.products import recorded_sea
 from seamap_rt.products.recorded_sea import RecordedSea, write_recorded_sea
 from seamap_rt.resolved_scene import run_sea
