@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .io.exports import export
     from .io.polar_images import read_polar_images
+    from .io.process import progress
     from .metrics import compare
     from .prediction import WaveField, forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
@@ -62,6 +63,7 @@ __all__ = [
     "open_recording",
     "outlook",
     "prediction",
+    "progress",
     "quiet_windows",
     "read_polar_images",
     "reconstruct",
@@ -89,6 +91,7 @@ _attribute = lazy_attributes(
         "inspection": "Finding inspect",
         "interferometry": "echoes_from_recording open_recording retrieve",
         "io.exports": "export",
+        "io.process": "progress",
         "io.polar_images": "read_polar_images",
         "metrics": "compare",
         "prediction": "WaveField forecast highest_wave quiet_windows reconstruct",

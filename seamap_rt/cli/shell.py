@@ -1,10 +1,9 @@
-"""What all commands share: the application, KEY=VALUE pairs, the scene they name, and the progress display."""
+"""What all commands share: the application, KEY=VALUE pairs, and the scene they name."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Annotated, Any
 
@@ -14,7 +13,6 @@ from rich.console import Console
 from .. import __version__
 from ..compute.machine import A_MODEL, A_RUN, Need, check_memory
 from ..errors import InputError
-from ..io.process import progress_file
 from ..io.text import parse_number
 
 app = App(
@@ -124,17 +122,3 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
     from ..scene import load_scene
 
     return load_scene(name, overrides=overrides_of(pairs, **{k.replace("__", "."): v for k, v in direct.items()}))
-
-
-@contextmanager
-def progress() -> Iterator[Callable[[str], None]]:
-    """What shows a line: on a terminal as its status, nothing elsewhere, whatever the environment wants coloured; or in
-    the file that the environment names."""
-    note = progress_file()
-    if note is not None:
-        yield note
-    elif errors.is_terminal and errors.file.isatty():
-        with errors.status("starting") as status:
-            yield status.update
-    else:
-        yield lambda _: None

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from ..compute.machine import A_MODEL
 from ..errors import InputError
+from ..io.process import progress
 from .shell import (
     Count,
     KeysOfHorizon,
@@ -22,7 +23,6 @@ from .shell import (
     about,
     command,
     console,
-    progress,
     scene_of,
 )
 

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from ..compute.machine import A_MODEL
 from ..errors import InputError
+from ..io.process import progress
 from ..io.text import number_list
 from ..lazy import judge
 from .shell import (
@@ -22,7 +23,6 @@ from .shell import (
     about,
     command,
     console,
-    progress,
     scene_of,
 )
 

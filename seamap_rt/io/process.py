@@ -76,7 +76,33 @@ def quietly() -> Iterator[None]:
 VARIABLE = "SEAMAP_RT_PROGRESS"  # of the environment: names the file
 
 
-def progress_file() -> Callable[[str], None] | None:
+Progress = Callable[[str], None]  # is given a line on each step as it begins
+
+
+def silent(line: str) -> None:
+    """Progress that nobody sees."""
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str], None]]:
+    """Progress that shows: on a terminal as its status line, in the file that the environment names, else silent.
+
+    with seamap_rt.progress() as say:
+        seamap_rt.run("tiny", progress=say)
+    """
+    from rich.console import Console
+
+    console = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+    if note := _progress_file():
+        yield note
+    elif console.is_terminal and console.file.isatty():  # whatever the environment wants coloured
+        with console.status("starting") as status:
+            yield status.update
+    else:
+        yield silent
+
+
+def _progress_file() -> Progress | None:
     """What appends a line to the file that the environment names; None where it names none."""
     named = os.environ.get(VARIABLE)
     if not named:

@@ -25,7 +25,7 @@ from ..dataset import build
 from ..errors import InputError, LargerThanMachine, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.opening import read_npz
-from ..io.process import uninterrupted
+from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene
@@ -33,7 +33,6 @@ from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
 from ..session.pace import duration
 from .sampling import refuse_if_too_large, times_of
-from .writing import Progress
 
 _NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")
 
@@ -216,7 +215,7 @@ def write_recorded_sea(
     kill or Ctrl-C has left the same command; the bits are those of a run that was never stopped.
     Raises InputError for bad input, too little memory or disk, and a sea that comes to no finite state.
     """
-    say, folder = progress or (lambda _: None), Path(out)
+    say, folder = progress or silent, Path(out)
     say("preparing the sea")
     frames = _frames(scene, times, order, spacing)
     told = _told(scene, frames, times)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from matplotlib.image import imsave
 from ..dataset import build
 from ..errors import InputError, NoBackendError, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
-from ..io.process import uninterrupted
+from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
@@ -81,8 +80,6 @@ _FINEST_FILM = 700  # points a side that an animation is drawn from
 # compress.
 ROUNDING = {"m": 2.0**-13, "1": 2.0**-14, "m s-1": 2.0**-11, "dB": 2.0**-6}
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class SeaProducts:
@@ -125,7 +122,7 @@ def write_sea(
     Times stream into the file, so memory holds one. Interrupted, complete times stay readable.
     Raises InputError for bad input, NoBackendError if the scene asks for rays and none can be traced.
     """
-    say, folder = progress or (lambda _: None), Path(out)
+    say, folder = progress or silent, Path(out)
     seconds = times_of(times)
     points = square(scene, side, spacing)
     with results_folder(folder, overwrite, PRODUCTS):

@@ -14,12 +14,11 @@ import xarray as xr
 
 from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.process import uninterrupted
+from ..io.process import Progress, silent, uninterrupted
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 from .pace import Pace
 
-Progress = Callable[[str], None]
 _Retrieved = tuple[xr.DataTree, dict[str, float]]  # maps, and seconds by stage
 _COUNTS = ("facets", "rays", "slope_rms_look", "folded_share")
 
@@ -106,7 +105,7 @@ def iterate(
     requested and cannot be traced.
     """
     simulator = simulator or Simulator(as_scene(scene))
-    pace = Pace("turn", simulator.scene.turns, progress or (lambda _: None))
+    pace = Pace("turn", simulator.scene.turns, progress or silent)
     numbers = range(simulator.scene.turns)
     if ahead and retrieved and len(numbers) > 1:
         yield from _ahead(simulator, pace)

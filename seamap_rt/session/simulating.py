@@ -19,12 +19,13 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.polar_images import write_polar_image
+from ..io.process import Progress
 from ..io.results_folder import clear_folder, growing, results_folder
 from ..io.text import InRows
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
-from .driver import FinishedTurn, Progress, deliver, iterate
+from .driver import FinishedTurn, deliver, iterate
 
 
 class _Appendable(AbstractContextManager[Any], Protocol):

@@ -20,6 +20,7 @@ from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
+from ..io.process import Progress, silent
 from ..io.results_folder import FULL, KINDS, clear_folder, growing, results_folder, write_whole
 from ..io.text import to_json
 from ..measured import CoverageProfile
@@ -31,7 +32,7 @@ from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from ..window_errors import Windows, judge_windows, observed_windows
-from .driver import FinishedTurn, Progress, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
+from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
 from .simulating import FileSink, gauge_sink, image_sinks
 
 _EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
@@ -147,7 +148,7 @@ def run(
     progress: called with a line on what begins. draw: draws the report in place of `report.write_report`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
-    scene, say = as_scene(scene), progress or (lambda _: None)
+    scene, say = as_scene(scene), progress or silent
     start = time.perf_counter()
     if out is not None:
         must_be("out", out, (str, os.PathLike), "the path of a folder")

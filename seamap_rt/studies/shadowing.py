@@ -12,7 +12,7 @@ sectors and ranges share make these dependent; `azimuth_correlation` and `range_
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, telling_what_is_left
-from ..io.process import uninterrupted
+from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
@@ -48,7 +48,7 @@ def shadowing(
     *,
     bin_m: float = 10.0,
     tracer: str = "horizon",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Visible share, its half range, what is seen of crests, and the lengths of shadows, beside theory.
 
@@ -64,7 +64,7 @@ def shadowing(
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
-    say = progress or (lambda _: None)
+    say = progress or silent
     pace = Pace("seed", seeds, say)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
@@ -98,7 +98,7 @@ def shadowing_by_cutoff(
     seeds: int = 4,
     *,
     bin_m: float = 10.0,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """`shadowing` over the spacing [m] of the resolved waves' grid: the effect of the shortest wave that is drawn.
 
@@ -170,7 +170,7 @@ def write_shadowing(
     heights_m: Sequence[float] = (3.0, 5.0, 10.0),
     seeds: int = 4,
     overwrite: bool = False,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
     bin_m: float = 10.0,
 ) -> list[str]:
     """`shadowing`, by the scene's own tracer, into a folder (default `runs/<scene>-shadowing`); returns the headlines.

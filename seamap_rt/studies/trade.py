@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..compute.locks import scratch_folder
 from ..errors import InputError, is_interruption
+from ..io.process import Progress, silent
 from ..scene import SceneLike, as_scene
 from ..session.pace import duration
 from .choices import headline, least_confidence
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-Progress = Callable[[str], None]
 Answers = Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]
 
 
@@ -162,7 +162,7 @@ def _swept(
     keep_table: bool = True,
 ) -> xr.Dataset:
     """Compute what is missing, and make the table; when interrupted make it of what is there, and say so."""
-    say = options.progress or (lambda _: None)
+    say = options.progress or silent
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written, and before the libraries of a cluster are loaded
     if options.until is not None and not chosen_key(sweep.vary):

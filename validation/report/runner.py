@@ -6,12 +6,12 @@ import dataclasses
 import json
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from seamap_rt.errors import is_interruption
-from seamap_rt.io.process import uninterrupted
+from seamap_rt.io.process import Progress, silent, uninterrupted
 from seamap_rt.io.results_folder import clear_folder, results_folder, write_whole
 from seamap_rt.report import style
 
@@ -23,7 +23,6 @@ from .result import METRICS, PAGE, CaseResult, ValidationResult
 
 PRODUCTS = (PAGE, METRICS)
 _TRACE_LINES = 12
-Progress = Callable[[str], None]
 
 
 def validate(
@@ -41,7 +40,7 @@ def validate(
     Interrupted, the page of the finished cases is written before KeyboardInterrupt is raised. Raises InputError for a
     folder that cannot be written or holds another run's results, and for unknown names.
     """
-    folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
+    folder, say, start = Path(out), progress or silent, time.perf_counter()
     home = cases or cases_folder()
     selected = select_cases(load_cases(home, only), full, only)
     with results_folder(folder, overwrite, PRODUCTS):
