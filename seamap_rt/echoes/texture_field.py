@@ -41,21 +41,22 @@ def node_value(key, i, j, cycles):
 def add_octave(begin, end, key, size, cycles, east, north, middle_east, middle_north, distance, share, total):
     """Add √share times an octave of patches to total (column, facet) of the columns from begin to end: nodes size [m]
     apart, about middles (column,) m, looks east and north (column,), cycles (column,) of the nodes' clocks."""
-    root = math.sqrt(share)
+    root, per_metre = math.sqrt(share), 1.0 / size
     corner = np.empty(4)
     for column in range(begin, end):
         held_i = held_j = np.int64(-(2**40))
         for facet in range(distance.size):
-            x = (middle_east[column] + distance[facet] * east[column]) / size
-            y = (middle_north[column] + distance[facet] * north[column]) / size
+            x = (middle_east[column] + distance[facet] * east[column]) * per_metre
+            y = (middle_north[column] + distance[facet] * north[column]) * per_metre
             i, j = np.int64(math.floor(x)), np.int64(math.floor(y))
             if i != held_i or j != held_j:
                 held_i, held_j = i, j
                 for n in range(4):
                     corner[n] = node_value(key, i + n % 2, j + n // 2, cycles[column])
-            u, v = 0.5 * math.pi * (x - i), 0.5 * math.pi * (y - j)
-            a, b, c, d = math.cos(u), math.sin(u), math.cos(v), math.sin(v)
-            value = (a * corner[0] + b * corner[1]) * c + (a * corner[2] + b * corner[3]) * d
+            u, v = x - i, y - j
+            near, far = corner[0] + u * (corner[1] - corner[0]), corner[2] + u * (corner[3] - corner[2])
+            squares = (1.0 - 2.0 * u * (1.0 - u)) * (1.0 - 2.0 * v * (1.0 - v))  # sum of the weights'
+            value = (near + v * (far - near)) / math.sqrt(squares)
             total[column, facet] += np.float32(root * value)
 
 
