@@ -131,7 +131,7 @@ def retrieve_turn(
     height, ground_range, spread = (
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
-    reach = plane_reach(spread, radar.ranges, radar.spacing, given.width, estimate.slope_rms)
+    reach = plane_reach(spread, radar.ranges, radar.spacing, given.echo.width, estimate.slope_rms)
     slopes = _slopes(given, estimate, height, spread, reach)
     seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
     errors = np.full((3, *height.shape), np.nan) if estimate.of_slopes is None else estimate.of_slopes
@@ -171,7 +171,7 @@ def retrieve_turn(
         "coherence": heights.cells.coherence,
         "phase": np.angle(heights.cells.cross),
         "phase_unwrapped": np.where(heard, heights.phase, np.nan),
-        "snr_db": _snr_db(echo_power, given.noise_power),
+        "snr_db": _snr_db(echo_power, given.echo.noise),
         **_of_velocities(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
@@ -277,14 +277,14 @@ def _shadow(
     """
     radar, settings = given.model.radar, given.settings
     return shadow(
-        given.echo_power(),
-        given.lit_power,
+        given.echo.dwells,
+        given.echo.lit,
         slopes.outward,
         rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
         _grazing(given),
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,
-        given.noise_power / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
+        given.echo.noise / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
     )
 
 

@@ -17,7 +17,7 @@ from seamap_rt.interferometry.geometry.heights import PhaseModel
 from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
 from seamap_rt.interferometry.geometry.poses import LookPoses
 from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.interferogram import Interferogram
+from seamap_rt.interferometry.phase.interferogram import EchoPower, Interferogram
 from seamap_rt.interferometry.phase.speckle import DwellPulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
@@ -133,12 +133,10 @@ def heard(
     correlation = np.eye(1, samples).ravel()
     given = Interferogram(
         dwell=dwell,
-        heard=dwell,
+        echo=EchoPower(dwell, noise, model.radar, 1.8),
         model=model,
         dwelt=DwellPulses(samples, correlation),
-        noise_power=noise,
         noise_square=1.0,
-        width=1.8,
         settings=settings,
     )
     return Heard(given, powers)

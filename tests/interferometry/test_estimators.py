@@ -263,7 +263,7 @@ def test_unheard_cells_stay_unheard() -> None:
     holed = replace(dwell, cross=dwell.cross.copy())
     holed.cross[20:22] = np.nan
     for estimator in ESTIMATORS.values():
-        found = estimator(replace(sea.given, dwell=holed, heard=holed))
+        found = estimator(replace(sea.given, dwell=holed, echo=replace(sea.given.echo, pulses=holed)))
         assert not found.echoing[20:22].any()
         assert np.isnan(found.heights.height[20:22]).all()
         assert np.isfinite(found.heights.height[found.echoing]).all()

@@ -283,26 +283,32 @@ def _eliminate(given, count, error, left, inverse, first):
 
 @compiled_step
 def _of_mean(table, per_spacing, east, north, along, across):
-    """Variance of a cell's mean, of four points."""
-    middle, total = table.shape[0] // 2, 0.0
-    for u in (-2.0 * along, 0.0, 2.0 * along):
-        for v in (-2.0 * across, 0.0, 2.0 * across):
-            share = (0.5 if u == 0.0 else 0.25) * (0.5 if v == 0.0 else 0.25)
-            total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    """Variance of a cell's mean, of four points. To opposite lags the covariance is the same."""
+    middle = table.shape[0] // 2
+    total = 0.25 * table[middle, middle]
+    for u, v, share in ((0.0, 2.0, 0.25), (2.0, 0.0, 0.25), (2.0, 2.0, 0.125), (2.0, -2.0, 0.125)):
+        u, v = u * along, v * across
+        total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
     return total
 
 
 @compiled_step
 def _of_slopes(table, per_spacing, east, north, cell, one, other):
-    """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip."""
+    """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip; of opposite
+    lags once."""
     middle, total = table.shape[0] // 2, 0.0
-    for n in range(2 * _STRIPS):
-        for m in range(2 * _STRIPS):
-            end, to = n % 2 - 0.5, m % 2 - 0.5
-            strip, aside = (n // 2 + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
-            u = cell[0] * ((strip if one else end) - (aside if other else to))
-            v = cell[1] * ((end if one else strip) - (to if other else aside))
-            total += end * to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    if one == other:
+        for apart in range(1 - _STRIPS, _STRIPS):
+            for end in range(2):
+                u, v = cell[0] * (apart / _STRIPS if one else end), cell[1] * (end if one else apart / _STRIPS)
+                share = 0.5 * (_STRIPS - abs(apart)) * (1 - 2 * end)
+                total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    else:
+        for n in range(_STRIPS):
+            for m in range(2 * _STRIPS):
+                to, strip, aside = m % 2 - 0.5, (n + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
+                u, v = cell[0] * (0.5 - aside), cell[1] * (strip - to)
+                total += to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
     return 4.0 * total / (_STRIPS**2 * cell[one] * cell[other])
 
 
