@@ -234,7 +234,7 @@ class Covariance:
         one. They stay NaN."""
         given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
         in_blocks(
-            lambda *rows: window_means_as_they_are(*rows, given, range_weights, look_weights, means), self.cross.shape[0]
+            lambda *rows: window_means_as_they_are(*rows, given, range_weights, look_weights, means), means.shape[1]
         )
         return _covariance(means)
 

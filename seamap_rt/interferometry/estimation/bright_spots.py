@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from ...radar.waveform import RangeResponse
 from .error_covariance import GateMoments
 
-Map = NDArray[np.float64]
 
 _STEP = 0.8  # of the pulse's standard deviation: nearer neighbours tell no more of a Gaussian pulse, farther ones less
 _FIRST = 1.9  # by Gaussian speckle drawn at random: of pulses whose phase turns by 0.2 to 1.4 rad within their spread

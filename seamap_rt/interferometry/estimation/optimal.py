@@ -24,7 +24,6 @@ from .error_covariance import ErrorCovariance
 from .optimal_kernel import BLOCK, MOST_LOOKS, Cells, ErrorTables, HalfCell, SeaTables, interpolate
 from .sea_covariance import SeaCovariance
 
-Map = NDArray[np.float64]
 
 ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
 _MOST_VARIANCE = 6.0  # error variance over the sea's: such a height has no weight
