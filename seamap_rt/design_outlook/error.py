@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, erfc
 
-from ..interferometry.covariance.windows import independent_looks, window_weights
-from ..interferometry.estimation.optimal import ACROSS_M, MOST_LOOKS
-from ..interferometry.phase.ambiguity import ASTRAY, BEYOND, LEAST_ODDS
-from ..interferometry.phase.interferogram import AROUND, BLURRED_GATES, LASTING
-from ..interferometry.phase.speckle import estimation_doubt
+from ..interferometry.ambiguity import ASTRAY, BEYOND, LEAST_ODDS
+from ..interferometry.interferogram import AROUND, BLURRED_GATES, LASTING
+from ..interferometry.optimal import ACROSS_M, MOST_LOOKS
+from ..interferometry.speckle import estimation_doubt
+from ..interferometry.windows import independent_looks, window_weights
 from ..radar import link
 from ..radar.array import antenna_array
 from ..radar.precision import looks

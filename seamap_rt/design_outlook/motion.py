@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from ..conventions import unit_from_azimuth, wrap_degrees, written
-from ..interferometry.estimation.error_covariance import variance_kept
+from ..interferometry.error_covariance import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
 from ..radar.installation import Installation

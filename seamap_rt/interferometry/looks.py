@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
-from .covariance.dwell_sums import DwellSums, PulseComparison
-from .covariance.dwells import Dwells
-from .covariance.products import PulsePairs
-from .covariance.velocity import Lag, beam_passage
-from .covariance.windows import pulse_correlation
-from .estimation.estimators import single_cell
-from .geometry.heights import PhaseModel
-from .geometry.poses import LookPoses, PulsePoses
-from .input.description import RadarDescription, compared_receivers, transmitters
-from .phase.ambiguity import HeightEstimate
-from .phase.interferogram import AROUND, BLURRED_GATES, LASTING, EchoPower, Interferogram
-from .phase.speckle import DwellPulses, kept_between
+from .ambiguity import HeightEstimate
+from .description import RadarDescription, compared_receivers, transmitters
+from .dwell_sums import DwellSums, PulseComparison
+from .dwells import Dwells
+from .estimators import single_cell
+from .interferogram import AROUND, BLURRED_GATES, LASTING, EchoPower, Interferogram
+from .poses import LookPoses, PhaseModel, PulsePoses
+from .products import PulsePairs
+from .speckle import DwellPulses, kept_between
+from .velocity import Lag, beam_passage
+from .windows import pulse_correlation
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,20 +18,19 @@ from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError, must_be
 from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
-from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
-from .covariance.windows import window_weights
-from .estimation.error_covariance import sensor_variance
-from .estimation.estimators import ESTIMATORS, Estimate
-from .estimation.quality import quality_flags
-from .estimation.shadow import Shadow, rms_slope, shadow
-from .estimation.slopes import Slopes, local_planes, plane_reach, visible_slopes
-from .geometry.heights import Heights
+from .checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn, settings_of
+from .description import RadarDescription
+from .error_covariance import sensor_variance
+from .estimators import ESTIMATORS, Estimate
 from .ground_map import Ground, at_one_instant, ground_map
-from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn, settings_of
-from .input.description import RadarDescription
+from .interferogram import Interferogram
 from .looks import Looks, interferogram
-from .phase.interferogram import Interferogram
-from .phase.speckle import ONE_CELL
+from .poses import Heights
+from .quality import quality_flags
+from .slopes import Shadow, Slopes, local_planes, plane_reach, rms_slope, shadow, visible_slopes
+from .speckle import ONE_CELL
+from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .windows import window_weights
 
 Map = NDArray[np.float64]
 Changes = RetrievalSettings | Mapping[str, Any] | None

@@ -26,8 +26,8 @@ from seamap_rt.design_outlook.strips import (
     strips,
     waves_of,
 )
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase
-from seamap_rt.interferometry.phase.ambiguity import astray
+from seamap_rt.interferometry.ambiguity import astray
+from seamap_rt.interferometry.inversion import Fan, difference_at_height, height_per_phase
 from seamap_rt.products.link import link_budget
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.geometry.heights import PhaseModel
-from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
-from seamap_rt.interferometry.geometry.poses import LookPoses
-from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.interferogram import EchoPower, Interferogram
-from seamap_rt.interferometry.phase.speckle import DwellPulses
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.interferogram import EchoPower, Interferogram
+from seamap_rt.interferometry.inversion import Fan, Points, locate
+from seamap_rt.interferometry.poses import LookPoses, PhaseModel
+from seamap_rt.interferometry.speckle import DwellPulses
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from synthetic_seas import heard
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.interferometry.covariance.windows import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.poses import edge_bias
+from seamap_rt.interferometry.speckle import ONE_CELL, DwellPulses, incoherent_power
+from seamap_rt.interferometry.windows import (
     Covariance,
     PhaseSlopes,
     independent_looks,
     pulse_correlation,
     window_weights,
 )
-from seamap_rt.interferometry.geometry.heights import edge_bias
-from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.speckle import ONE_CELL, DwellPulses, incoherent_power
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

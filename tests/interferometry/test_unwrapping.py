@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
-from seamap_rt.interferometry.phase.ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from seamap_rt.interferometry.ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m

@@ -21,19 +21,19 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
 from seamap_rt.echoes.expected import expected_look_gates
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.estimation.error_covariance import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.error_covariance import (
     ErrorCovariance,
     correlation_beside,
     correlation_by_range,
 )
-from seamap_rt.interferometry.estimation.estimators import bright_spots, sliding_plane
-from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
-from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.estimators import bright_spots, sliding_plane
+from seamap_rt.interferometry.interferogram import Interferogram
 from seamap_rt.interferometry.looks import Looks, interferogram
-from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import ONE_CELL, phase_variances
+from seamap_rt.interferometry.optimal import MeasuredHeights, optimal_heights
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
+from seamap_rt.interferometry.speckle import ONE_CELL, phase_variances
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea

@@ -23,10 +23,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import from_db
-from ...errors import SchemaError
-from ...settings import RetrievalSettings
-from ..input.description import RadarDescription
+from ..conventions import from_db
+from ..errors import SchemaError
+from ..settings import RetrievalSettings
+from .description import RadarDescription
 from .dwells import Dwells
 from .products import (
     Products,

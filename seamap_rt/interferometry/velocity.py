@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import unit_from_azimuth, wrap_phase
+from ..conventions import unit_from_azimuth, wrap_phase
 from .dwells import Dwells
 from .products import Products, Rows, rows_apart
 from .windows import Covariance, without_noise

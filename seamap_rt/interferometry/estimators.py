@@ -7,18 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import wrap_phase
-from ..covariance.windows import PhaseSlopes, window_weights
-from ..geometry.heights import Heights
-from ..input.description import RadarDescription
-from ..phase.interferogram import Interferogram
-from ..phase.speckle import ONE_CELL, Weights, wrapped_variance
-from .bright_spots import BrightSpots, Offsets
-from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
+from ..conventions import wrap_phase
+from .description import RadarDescription
+from .error_covariance import BrightSpots, ErrorCovariance, Offsets, correlation_beside, correlation_by_range
+from .interferogram import Interferogram
 from .optimal import MeasuredHeights, optimal_heights
+from .poses import Heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
 from .slopes import local_planes
+from .speckle import ONE_CELL, Weights, wrapped_variance
+from .windows import PhaseSlopes, window_weights
 
 Map = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled_fused, compiled_step_fused
-from ...compute.machine import pool
-from ...errors import SchemaError
+from ..compute.compiled import compiled_fused, compiled_step_fused
+from ..compute.machine import pool
+from ..errors import SchemaError
 from .dwells import Dwells
 from .windows import Covariance, complex_of
 

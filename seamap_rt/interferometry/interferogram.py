@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from ...settings import RetrievalSettings
-from ..covariance.windows import Covariance, PhaseSlopes
-from ..estimation.quality import has_echo, lit_power, object_echo, own_echo
-from ..geometry.heights import Heights, PhaseModel, edge_bias
-from ..input.description import RadarDescription
+from ..settings import RetrievalSettings
 from .ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from .description import RadarDescription
+from .poses import Heights, PhaseModel, edge_bias
+from .quality import has_echo, lit_power, object_echo, own_echo
 from .speckle import (
     ONE_CELL,
     DwellPulses,
@@ -28,6 +27,7 @@ from .speckle import (
     phase_variances,
     wrapped_variance,
 )
+from .windows import Covariance, PhaseSlopes
 
 Map = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled, compiled_step
-from ...compute.machine import in_blocks
+from ..compute.compiled import compiled, compiled_step
+from ..compute.machine import in_blocks
 
 _MARGIN = 8  # gates, of which the margins are multiples
 _GROUP = 32  # gates: loops over whole groups leave no remainder to be gone through one by one
@@ -233,9 +233,8 @@ class Covariance:
         """Means over such a window as they are: no phase is turned, and cells that are not known are left out one by
         one. They stay NaN."""
         given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
-        in_blocks(
-            lambda *rows: window_means_as_they_are(*rows, given, range_weights, look_weights, means), means.shape[1]
-        )
+        weights = range_weights, look_weights
+        in_blocks(lambda *rows: window_means_as_they_are(*rows, given, *weights, means), len(self.cross))
         return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
