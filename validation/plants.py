@@ -227,7 +227,7 @@ PLANTS = (
           "test_few_observations_weigh_by_their_errors_and_many_of_one_place_no_more_than_some"),
     Plant("slopes of the fitted sea upside down", "prediction.spectrum:factor", answers(np.conj),
           "prediction/test_forecast.py::test_slopes_and_velocity_are_derivatives_of_elevation"),
-    Plant("forecasts' error bars times 0.8", "prediction.field:WaveField.told",
+    Plant("forecasts' error bars times 0.8", "prediction.field:WaveField.predict",
           answers(lambda found: [(mean, 0.8 * std) for mean, std in found]),
           "prediction/test_fit.py::test_errors_are_those_of_the_conditional_sea"),
     Plant("quiet windows of half the time", "prediction.forecast:quiet_windows",

@@ -54,7 +54,7 @@ def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
                 if more != 0.0:
                     converged = False
                     cycles[i, j] += more
-                    _tell(sums, wanted, i, j, more * step[i, j], 0.0, noise[i, j], across[j], layout)
+                    _add_neighbour(sums, wanted, i, j, more * step[i, j], 0.0, noise[i, j], across[j], layout)
         if converged:
             break
     return cycles, odds
@@ -86,7 +86,7 @@ def _grow(folded, step, noise, expected, precision, wanted, across, layout, cycl
         mean, _ = _predict(sums[i, j], expected[i, j], precision[i, j], layout[4])
         cycles[i, j] = np.round((mean - folded[i, j]) / step[i, j])
         height = folded[i, j] + cycles[i, j] * step[i, j]
-        _tell(sums, wanted, i, j, height, 1.0, noise[i, j], across[j], layout)
+        _add_neighbour(sums, wanted, i, j, height, 1.0, noise[i, j], across[j], layout)
         for ii in range(max(0, i - _BESIDE), min(looks, i + _BESIDE + 1)):
             for jj in range(max(0, j - _BESIDE), min(gates, j + _BESIDE + 1)):
                 beside = ii * gates + jj
@@ -117,7 +117,7 @@ def _odds(height, step, mean, variance):
 
 
 @compiled
-def _tell(sums, wanted, i, j, height, count, noise, across, layout):
+def _add_neighbour(sums, wanted, i, j, height, count, noise, across, layout):
     """Add a cell's height to its neighbours' sums; count = 0: a change of a height that they have already."""
     spacing, radius, most, stray = layout[0], layout[1], int(layout[2]), layout[3]
     looks, gates = wanted.shape
@@ -173,8 +173,8 @@ _SLOPE = 0.14  # rms of the sea's slopes as cells of some metres show them, stee
 _STRAY = 0.001  # m² per m² of distance, by which such seas are let stray from a plane
 _RADIUS = 6.0  # m, of the neighbourhood: an eighth of the length of a wind sea's waves
 _MOST_LOOKS = 6  # to either side
-ASTRAY = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
-_CERTAIN_CYCLE = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
+NEIGHBOUR_VARIANCE = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
+_RELIABLE_CYCLE = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
 _FIXED_PRECISION = 1e9  # precision of what is settled, over that of a whole cycle
 _UNIFORM_STD = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
 _LEAST_RESULTANT = 0.3  # of a gate's phases, below which it counts as none
@@ -250,16 +250,16 @@ def needed(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.boo
         return np.any(known & (np.pi * np.abs(gain) < BEYOND * size), axis=0)
 
 
-def astray(off: Field, step: Field) -> NDArray[np.bool_]:
+def doubtful_cycle(off: Field, step: Field) -> NDArray[np.bool_]:
     """Cells whose height may well lie on another cycle than the one that is nearest to its neighbourhood's mean.
 
     Arrays (look, gate). off: cycles by which the phase differs from the mean's, whole ones do not matter; step: metres
     of a cycle. A steep wind sea strays from the mean over _RADIUS by its slope times half of that. True of NaN.
     """
-    return ~_certain(off, step, ASTRAY)
+    return ~is_reliable(off, step, NEIGHBOUR_VARIANCE)
 
 
-def _certain(off: Field, step: Field, variance: Field | float) -> NDArray[np.bool_]:
+def is_reliable(off: Field, step: Field, variance: Field | float) -> NDArray[np.bool_]:
     """Whether the nearest cycle is likelier by LEAST_ODDS than the next, where heights of that variance [m²] about
     what is expected are `off` cycles from it. False of NaN."""
     with np.errstate(invalid="ignore"):
@@ -316,7 +316,7 @@ def resolve(
     height, precision = _known_beforehand(size, others, gain.shape)
     step = 2.0 * np.pi * np.abs(gain)
     # A cell known well enough by itself does not follow its neighbours' plane, which may be wrong at a map's edge.
-    sure = wanted & (noise + 1.0 / precision < (step / _CERTAIN_CYCLE) ** 2)
+    sure = wanted & (noise + 1.0 / precision < (step / _RELIABLE_CYCLE) ** 2)
     first = np.where(sure, np.round((height - folded) / step), 0.0)
     folded = folded + first * step
     height, precision = np.where(sure, folded, height), np.where(sure, _FIXED_PRECISION / step**2, precision)
@@ -330,7 +330,7 @@ def resolve(
     if island.any():
         height, precision = _known_beforehand(most, others, gain.shape)
         off = (folded + cycles * step - height) / step
-        resolved.ambiguous[part] |= island & ~_certain(off, step, 1.0 / np.maximum(precision, 1e-12) + noise)
+        resolved.ambiguous[part] |= island & ~is_reliable(off, step, 1.0 / np.maximum(precision, 1e-12) + noise)
     return resolved
 
 

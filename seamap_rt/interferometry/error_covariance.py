@@ -305,8 +305,8 @@ class BrightSpots:
         near, far = self.shared
         made = power * np.stack((near * second - far * both, far * first - near * both)) / determinant
         whole = 0.5 * float(self.moments.both_moved(np.zeros(())))
-        told = near * made[0] + far * made[1]
-        return made, np.clip(1.0 - told / whole, 0.0, 1.0)
+        explained = near * made[0] + far * made[1]
+        return made, np.clip(1.0 - explained / whole, 0.0, 1.0)
 
     def covariance(self, lags: Map) -> Map:
         """⟨n n'⟩ of what is left, n = δ u less its estimate [m²], in gates at those distances [m]: of gates of the mean
@@ -316,14 +316,14 @@ class BrightSpots:
         away, lag = self.spacing * self.neighbours, lags[:, None, None]
         here, there = away[:, None], away
 
-        def told(at: Map) -> Map:
+        def moved_echo(at: Map) -> Map:
             return moments.moved(at) * moments.echo(at)
 
         def powers(at: Map) -> Map:
             return moments.echo(at) ** 2
 
         whole = 0.5 * (moments.both_moved(lags) * moments.echo(lags) - moments.moved(lags) ** 2)
-        cross = (told(lags[:, None] + away) - told(lags[:, None] - away)) @ weights
+        cross = (moved_echo(lags[:, None] + away) - moved_echo(lags[:, None] - away)) @ weights
         differences = powers(lag + there - here) + powers(lag - there + here)
         differences -= powers(lag - there - here) + powers(lag + there + here)
         return whole - 2.0 * cross + differences @ weights @ weights
@@ -345,18 +345,18 @@ class BrightSpots:
         weights, left = self.weights(own, 0.5 * noise / ratio, 0.5 * noise**2 / ratio)
         level = _level(power, heard)
         even = power / level
-        phase, told = np.zeros(power.shape), np.zeros(power.shape)
+        phase, explained = np.zeros(power.shape), np.zeros(power.shape)
         gates, reach = power.shape[1], int(self.neighbours[-1])
         inner = slice(reach, gates - reach)
         if gates <= 2 * reach:
-            return Offsets(phase, 1.0 - told)
+            return Offsets(phase, 1.0 - explained)
 
         def beside(field: NDArray, away: int) -> NDArray:
             return field[:, reach + away : gates - reach + away]
 
         away = [int(each) for each in self.neighbours]
         known = beside(heard, 0) & np.logical_and.reduce([beside(sampled, n) for n in (*away, *(-n for n in away))])
-        told[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
+        explained[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
         for weight, n in zip(weights, away, strict=True):
             difference = (beside(even, n) - beside(even, -n)) * (level / mean)[:, inner] / own[:, inner]
             # Between scatterers so far apart the phase may turn by radians: its sine counts.
@@ -364,7 +364,7 @@ class BrightSpots:
             phase[:, inner] += np.where(
                 known, weight[:, inner] * difference * np.sin(turn[:, inner] * apart) / apart, 0.0
             )
-        return Offsets(phase, 1.0 - told)
+        return Offsets(phase, 1.0 - explained)
 
 
 def _level(power: Map, heard: NDArray[np.bool_]) -> Map:

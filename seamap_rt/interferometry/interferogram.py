@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ..settings import RetrievalSettings
-from .ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from .ambiguity import HeightEstimate, Resolved, doubtful_cycle, needed, resolve, sea_size
 from .description import RadarDescription
 from .poses import Heights, PhaseModel, edge_bias
 from .quality import has_echo, lit_power, object_echo, own_echo
@@ -233,7 +233,9 @@ class Interferogram:
         known = known & np.isfinite(earlier) & np.isfinite(before.gain)
         if not known.all():
             earlier = np.where(known, earlier, _mean_beside(np.where(known, earlier, np.nan)))
-            ambiguous = ambiguous | (~known & astray((residual - earlier) / (2.0 * np.pi), 2.0 * np.pi * before.gain))
+            ambiguous = ambiguous | (
+                ~known & doubtful_cycle((residual - earlier) / (2.0 * np.pi), 2.0 * np.pi * before.gain)
+            )
         cycles = np.round((earlier - residual) / (2.0 * np.pi))
         return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles)), ambiguous
 
