@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, erfc
 
-from ..interferometry.covariance.windows import independent_looks, window_weights
-from ..interferometry.estimation.optimal import ACROSS_M, MOST_LOOKS
-from ..interferometry.phase.ambiguity import ASTRAY, BEYOND, LEAST_ODDS
-from ..interferometry.phase.interferogram import AROUND, BLURRED_GATES, LASTING
-from ..interferometry.phase.speckle import estimation_doubt
+from ..interferometry.ambiguity import BEYOND, LEAST_ODDS, NEIGHBOUR_VARIANCE
+from ..interferometry.interferogram import AROUND, BLURRED_GATES, LASTING
+from ..interferometry.optimal import ACROSS_M, MOST_LOOKS
+from ..interferometry.speckle import estimation_doubt
+from ..interferometry.windows import independent_looks, window_weights
 from ..radar import link
 from ..radar.array import antenna_array
 from ..radar.precision import looks
@@ -265,7 +265,7 @@ def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
     sea: variance [m²]; slope_variance: of the surface in one direction.
     """
     step = design.wavelength * design.ranges / (design.coarse * design.baseline)
-    allowed = 0.5 - np.log(LEAST_ODDS) * ASTRAY / step**2
+    allowed = 0.5 - np.log(LEAST_ODDS) * NEIGHBOUR_VARIANCE / step**2
     stray = _NEIGHBOURHOOD * np.sqrt(slope_variance) / step
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / (np.sqrt(2.0) * stray)), 1.0)

@@ -13,7 +13,7 @@ Motion that is known costs no height: the retrieval levels each pulse. What is m
 the last of which is what the surface differs by between places d apart, in means over a cell (C): slope times d where d
 is small, twice the variance where it is large. Each mean square is that of bias, latency and interpolation between
 readings over the motion, and of the noise of one reading times what a height keeps of it
-(`estimation.error_covariance`). The mean plane of a map stays in its heights: it levels no tilt away.
+(`interferometry.error_covariance`). The mean plane of a map stays in its heights: it levels no tilt away.
 
 Motion is as given: a taller mast, whose weight makes a boat roll more, is not heavier here.
 """
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from ..conventions import unit_from_azimuth, wrap_degrees, written
-from ..interferometry.estimation.error_covariance import variance_kept
+from ..interferometry.error_covariance import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
 from ..radar.installation import Installation

@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..dataset import check, group_of
 from ..interferometry import open_echoes, retrieve
-from ..interferometry.input.checks import settings_of
+from ..interferometry.checks import settings_of
 from ..settings import RetrievalSettings
 from .findings import Finding, heights, scan, signal
 from .level import Level, offsets, sign

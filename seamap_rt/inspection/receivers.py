@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..interferometry.covariance.products import rows_apart, sampled
+from ..interferometry.products import rows_apart, sampled
 from .findings import Finding
 
 Complex = NDArray[np.complex128]

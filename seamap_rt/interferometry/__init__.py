@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING
 from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
-    from .input.recorded import echoes_from_recording, open_recording
+    from .recorded import echoes_from_recording, open_recording
     from .retrieval import open_echoes, retrieve, retrieve_one
 
 __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one"]
@@ -51,7 +51,7 @@ __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve",
 __getattr__ = lazy_attributes(
     __name__,
     {
-        "input.recorded": "echoes_from_recording open_recording",
+        "recorded": "echoes_from_recording open_recording",
         "retrieval": "open_echoes retrieve retrieve_one",
     },
 )

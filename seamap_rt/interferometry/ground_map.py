@@ -24,9 +24,8 @@ from ..radar.grid import GroundGrid, LookFan, ground_grid, look_sweeps
 from ..settings import RetrievalSettings
 from ..wavefield.advance import GroundFields, advanced
 from ..wavefield.wave_direction import by_energy, travel
-from .geometry.heights import Heights
-from .geometry.poses import LookPoses
-from .input.description import RadarDescription
+from .description import RadarDescription
+from .poses import Heights, LookPoses
 
 
 @compiled

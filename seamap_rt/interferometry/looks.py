@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
-from .covariance.dwell_sums import DwellSums, PulseComparison
-from .covariance.dwells import Dwells
-from .covariance.products import PulsePairs
-from .covariance.velocity import Lag, beam_passage
-from .covariance.windows import pulse_correlation
-from .estimation.estimators import single_cell
-from .geometry.heights import PhaseModel
-from .geometry.poses import LookPoses, PulsePoses
-from .input.description import RadarDescription, compared_receivers, transmitters
-from .phase.ambiguity import HeightEstimate
-from .phase.interferogram import AROUND, BLURRED_GATES, LASTING, Interferogram
-from .phase.speckle import DwellPulses, kept_between
+from .ambiguity import HeightEstimate
+from .description import RadarDescription, compared_receivers, transmitters
+from .dwell_sums import DwellSums, PulseComparison
+from .dwells import Dwells
+from .estimators import single_cell
+from .interferogram import AROUND, BLURRED_GATES, LASTING, EchoPower, Interferogram
+from .poses import LookPoses, PhaseModel, PulsePoses
+from .products import PulsePairs
+from .speckle import DwellPulses, kept_between
+from .velocity import Lag, beam_passage
+from .windows import pulse_correlation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,6 +135,8 @@ def _interferograms(
     looks: Looks, sums: DwellSums, pairs: Mapping[int, PulsePairs], models: Mapping[int, PhaseModel], rotated: bool
 ) -> dict[int, Interferogram]:
     made: dict[int, Interferogram] = {}
+    pulses = next(each for each in (sums.one, sums.two) if each is not None)
+    echo = EchoPower(pulses, sums.noise_power, looks.radar, looks.width)
     dwelt = _dwelt(looks, pairs[max(pairs)].lower, sums.noise_power)
     for paths, covariance in ((1, sums.one), (2, sums.two)):
         if covariance is None:
@@ -146,12 +147,10 @@ def _interferograms(
         often = pairs[paths].lower.size / max(1, pairs[max(pairs)].lower.size)
         made[paths] = Interferogram(
             covariance,
-            covariance if sums.one is None else sums.one,
+            echo,
             models[paths],
             dwelt.every(often),
-            sums.noise_power,
             sums.noise_square[paths],
-            looks.width,
             looks.settings,
             _coherence_left(sums, pairs[paths], looks.radar),
             others,

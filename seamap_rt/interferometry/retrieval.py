@@ -18,20 +18,19 @@ from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError, must_be
 from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
-from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
-from .covariance.windows import window_weights
-from .estimation.error_covariance import sensor_variance
-from .estimation.estimators import ESTIMATORS, Estimate
-from .estimation.quality import quality_flags
-from .estimation.shadow import Shadow, rms_slope, shadow
-from .estimation.slopes import Slopes, local_planes, plane_reach, visible_slopes
-from .geometry.heights import Heights
+from .checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn, settings_of
+from .description import RadarDescription
+from .error_covariance import sensor_variance
+from .estimators import ESTIMATORS, Estimate
 from .ground_map import Ground, at_one_instant, ground_map
-from .input.checks import check_maps, check_pulses_compare, checked_echoes, open_echoes, read_turn, settings_of
-from .input.description import RadarDescription
+from .interferogram import Interferogram
 from .looks import Looks, interferogram
-from .phase.interferogram import Interferogram
-from .phase.speckle import ONE_CELL
+from .poses import Heights
+from .quality import quality_flags
+from .slopes import Shadow, Slopes, local_planes, plane_reach, rms_slope, shadow, visible_slopes
+from .speckle import ONE_CELL
+from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .windows import window_weights
 
 Map = NDArray[np.float64]
 Changes = RetrievalSettings | Mapping[str, Any] | None
@@ -131,7 +130,7 @@ def retrieve_turn(
     height, ground_range, spread = (
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
-    reach = plane_reach(spread, radar.ranges, radar.spacing, given.width, estimate.slope_rms)
+    reach = plane_reach(spread, radar.ranges, radar.spacing, given.echo.width, estimate.slope_rms)
     slopes = _slopes(given, estimate, height, spread, reach)
     seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
     errors = np.full((3, *height.shape), np.nan) if estimate.of_slopes is None else estimate.of_slopes
@@ -171,7 +170,7 @@ def retrieve_turn(
         "coherence": heights.cells.coherence,
         "phase": np.angle(heights.cells.cross),
         "phase_unwrapped": np.where(heard, heights.phase, np.nan),
-        "snr_db": _snr_db(echo_power, given.noise_power),
+        "snr_db": _snr_db(echo_power, given.echo.noise),
         **_of_velocities(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
@@ -277,14 +276,14 @@ def _shadow(
     """
     radar, settings = given.model.radar, given.settings
     return shadow(
-        given.echo_power(),
-        given.lit_power,
+        given.echo.dwells,
+        given.echo.lit,
         slopes.outward,
         rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
         _grazing(given),
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,
-        given.noise_power / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
+        given.echo.noise / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
     )
 
 

@@ -240,7 +240,7 @@ class Preconditioner:
         prior = lattice.scale**2
         strongest = np.unravel_index(np.argmax(prior), prior.shape)
         most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)
-        told = _smooth(self._told(number, lattice, batches), _SMOOTH / k, lattice.spacing)
+        told = _smooth(self._information(number, lattice, batches), _SMOOTH / k, lattice.spacing)
         least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(told.max()))
         span = np.log(max(float(told.max()) / least, 1.0))
         steps = max(int(np.ceil(span / np.log(_RATIO))), 1)
@@ -252,7 +252,7 @@ class Preconditioner:
         phase = fft.ifftshift(np.exp(-1j * lattice.omega * self._middle))
         return _Zones(windows.astype(np.float32), inverses.astype(np.float32), phase.astype(np.complex64))
 
-    def _told(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> Field:
+    def _information(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> Field:
         """Weights over places (n, n) of packets in the middle of the time, as if they were as dense everywhere."""
         side = lattice.k.shape[0]
         power = lattice.scale**2

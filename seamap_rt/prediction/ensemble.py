@@ -76,12 +76,12 @@ class Ensemble:
         """The samples, the last one last."""
         return tuple(self._members)
 
-    def settle(self, fit: Fit, issued: float, workers: Executor) -> None:
+    def solve(self, fit: Fit, issued: float, workers: Executor) -> None:
         """Settles the fit and advances beside it: while one gathers what the workers made, they work for the other."""
-        fit.weigh()
+        fit.update_weights()
         with ThreadPoolExecutor(1) as beside:
             advanced = beside.submit(self.advance, fit, issued, workers)
-            fit.settle(workers)
+            fit.solve(workers)
             advanced.result()
 
     def advance(self, fit: Fit, issued: float, workers: Executor) -> None:

@@ -100,7 +100,7 @@ class WaveField(InRows):
     def values(self, kind: str, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Mean and standard error of one kind (of WATER) at places [m] and times [s], of their broadcast shape."""
         x, y, time = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (x, y, time)))
-        ((mean, std),) = self.told(self.quantities([kind]), x.ravel(), y.ravel(), time.ravel())
+        ((mean, std),) = self.predict(self.quantities([kind]), x.ravel(), y.ravel(), time.ravel())
         return mean.reshape(x.shape), std.reshape(x.shape)
 
     def quantities(
@@ -110,11 +110,11 @@ class WaveField(InRows):
         groups, water = self.knowledge.groups, self.spectrum.water
         return quantities(names, self.lattices, self.members[0].lattice, groups, water, vessel, course)
 
-    def told(self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field) -> list[tuple[Field, Field]]:
+    def predict(self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field) -> list[tuple[Field, Field]]:
         """Mean and standard error (point,) of each quantity at places [m] and times [s], (point,) each."""
-        return [(mean, np.sqrt(still_open + wrong)) for mean, still_open, wrong in self._told(wanted, (x, y, time))]
+        return [(mean, np.sqrt(still_open + wrong)) for mean, still_open, wrong in self._predict(wanted, (x, y, time))]
 
-    def _told(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
+    def _predict(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
         means, met = self._expected(wanted, points), self._met(*points)
         share, made = self._short_share(points), []
@@ -150,7 +150,7 @@ class WaveField(InRows):
         waves = np.sqrt(groups.variance) * (cosine + 1j * sine) * np.exp(-1j * turns)
         made = []
         whole = np.where(met[:, None], share, 1.0)
-        for quantity, (mean, _, wrong), samples in zip(wanted, self._told(wanted, points), missed, strict=True):
+        for quantity, (mean, _, wrong), samples in zip(wanted, self._predict(wanted, points), missed, strict=True):
             of_groups = power(quantity, groups)
             most = np.maximum(of_groups.sum() - share @ of_groups, 0.0)
             said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)

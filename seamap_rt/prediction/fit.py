@@ -105,19 +105,19 @@ class Fit:
         """The batches of all turns."""
         return [batch for parts in self.batches.values() for batch in parts]
 
-    def weigh(self) -> None:
+    def update_weights(self) -> None:
         """Weighs all that was seen by the spectrum of now."""
         for parts in self.batches.values():
             for n, batch in enumerate(parts):
                 weight, variance = weights(batch.seen, self.lattices, self.left, self.centre)
                 parts[n] = replace(batch, weight=weight, variance=variance)
 
-    def settle(self, workers: Executor) -> None:
+    def solve(self, workers: Executor) -> None:
         """Fits the waves to all that was seen and weighed."""
-        values = [self.above_home(batch) for batch in self.all]
+        values = [self.remove_setdown(batch) for batch in self.all]
         self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
 
-    def above_home(self, batch: Batch) -> NDArray[np.float32]:
+    def remove_setdown(self, batch: Batch) -> NDArray[np.float32]:
         """Values of areas alike, less what puts the mean level back, by which water is higher than its waves say."""
         seen = batch.seen
         distance = np.hypot(seen.x - self.centre[0], seen.y - self.centre[1])

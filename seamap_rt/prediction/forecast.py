@@ -65,7 +65,7 @@ def forecast(
     for x, y in place:
         toward = unit_from_azimuth(heading_deg)
         way = x + toward[0] * speed_m_s * lead, y + toward[1] * speed_m_s * lead, field.issued + lead
-        for name, (mean, std) in zip(names, field.told(wanted, *way), strict=True):
+        for name, (mean, std) in zip(names, field.predict(wanted, *way), strict=True):
             values.setdefault(name, []).append(mean)
             values.setdefault(f"{name}_std", []).append(std)
         if draws:

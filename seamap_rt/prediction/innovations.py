@@ -25,7 +25,7 @@ from ..physics.dispersion import Water
 from .assimilation import Batch
 from .field import WaveField
 from .fit import Fit
-from .knowledge import ModelError, Told, height_of, likely
+from .knowledge import ErrorSample, ModelError, height_of, likely
 from .observations import Observations, damped
 from .spectrum import Field
 
@@ -46,7 +46,7 @@ class Innovations:
 
     def __init__(self, seed: int = 0) -> None:
         self._before: deque[WaveField] = deque(maxlen=_AGO)
-        self._told: deque[Told] = deque(maxlen=_KEPT)
+        self._told: deque[ErrorSample] = deque(maxlen=_KEPT)
         self._stream = np.random.default_rng(seed)
 
     def remember(self, field: WaveField) -> None:
@@ -69,12 +69,12 @@ class Innovations:
             if len(pairs) < _FEWEST_PAIRS or batch.seen.kind[0] != "elevation":
                 continue
             waves = _waves(batch, earlier)
-            difference = (fit.above_home(batch) - waves.real).astype(np.float64)
+            difference = (fit.remove_setdown(batch) - waves.real).astype(np.float64)
             found, stated, known = compared(batch.seen, difference, earlier, pairs, self._stream)
             if known > 0.0:
                 lapse = float(batch.seen.time.mean()) - earlier.model_error.since
                 drifted = lapse**2 * weight_of_groups(waves, pairs, known)
-                self._told.append(Told((found - stated) / known, stated / known, drifted))
+                self._told.append(ErrorSample((found - stated) / known, stated / known, drifted))
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""

@@ -249,7 +249,7 @@ def scatter(spectrum: Spectrum) -> float:
 
 
 @dataclass(frozen=True)
-class Told:
+class ErrorSample:
     """What one turn told of an earlier field: the share of what that knew that it had wrong, and the share that it said
     was open; what it should have wrong for each (rad/s)² of drift [s²]; and how much that counts, in turns."""
 
@@ -259,7 +259,7 @@ class Told:
     weight: float = 1.0
 
 
-def likely(told: Sequence[Told], spectrum: Spectrum, since: float) -> ModelError:
+def likely(told: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
     """The model error of waves seen at `since` [s] by all that was told: least squares, in which shares err by as much
     as they are, also what is taken before any turn has told."""
     before = ModelError.expected(spectrum)

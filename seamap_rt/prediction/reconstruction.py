@@ -97,7 +97,7 @@ class Predictor:
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))
                 self._fit = Fit.anew(spectrum, [t.seen for t in self._turns], seconds, centre)
                 self._fit.add([t.seen for t in self._turns], [t.number for t in self._turns])
-                self._fit.settle(workers)
+                self._fit.solve(workers)
                 self._learn(self._fit, None)
                 self._fit.relabel(self.sharpness)
                 self._ensemble = Ensemble(self._fit)
@@ -107,7 +107,7 @@ class Predictor:
                 self._fit.relabel(self.sharpness, number)
                 weighed = workers.submit(self._innovations.compare, self._fit, number)
             self._issued = float(polar["time"].max())
-            self._ensemble.settle(self._fit, self._issued, workers)
+            self._ensemble.solve(self._fit, self._issued, workers)
             if weighed:
                 weighed.result()
         made = self._field(self._fit, self._ensemble)
@@ -134,10 +134,10 @@ class Predictor:
             raise ValueError("no turn has shown a sea yet")
         self._fit.add([seen], [_OTHERS])
         with pool() as workers:
-            self._fit.weigh()
-            self._fit.settle(workers)
+            self._fit.update_weights()
+            self._fit.solve(workers)
             self._fit.relabel(self.sharpness, _OTHERS)
-            self._ensemble.settle(self._fit, self._issued, workers)
+            self._ensemble.solve(self._fit, self._issued, workers)
         return self._field(self._fit, self._ensemble)
 
     @property
@@ -285,9 +285,9 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
     fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + 2.0 * settings.lead_s, centre)
     fit.add([seen], [0])
     with pool() as workers:
-        fit.settle(workers)
+        fit.solve(workers)
         fit.relabel(sharpness)
         ensemble, issued = Ensemble(fit, chains=_SAMPLES), float(seen.time.max())
-        ensemble.settle(fit, issued, workers)
+        ensemble.solve(fit, issued, workers)
     wrong = ModelError(drift=scatter(spectrum), since=fit.middle)
     return fit.field(issued, sharpness, ensemble.members, wrong)

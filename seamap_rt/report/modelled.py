@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..conventions import db
-from ..interferometry.phase.interferogram import LASTING
+from ..interferometry.interferogram import LASTING
 from ..physics.shadowing import shadow_kept
 from ..radar import link, precision
 from ..radar.array import Array, antenna_array, common_squint_deg

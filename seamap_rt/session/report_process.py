@@ -84,10 +84,10 @@ def answer() -> None:
 
 def is_compiled() -> bool:
     """Whether the retrieval's loops have been compiled, by this or another process."""
-    from ..interferometry.estimation import optimal_kernel
+    from ..interferometry import optimal
 
-    loop: Any = optimal_kernel.interpolate
-    return any(Path(loop.stats.cache_path).glob("optimal_kernel.interpolate-*.nbi"))
+    loop: Any = optimal.interpolate
+    return any(Path(loop.stats.cache_path).glob("optimal.interpolate-*.nbi"))
 
 
 def compile_retrieval() -> None:

@@ -26,8 +26,8 @@ from seamap_rt.design_outlook.strips import (
     strips,
     waves_of,
 )
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase
-from seamap_rt.interferometry.phase.ambiguity import astray
+from seamap_rt.interferometry.ambiguity import doubtful_cycle
+from seamap_rt.interferometry.inversion import Fan, difference_at_height, height_per_phase
 from seamap_rt.products.link import link_budget
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse
@@ -266,7 +266,7 @@ def test_cells_are_ambiguous_as_often_as_the_retrieval_calls_them_so() -> None:
     found = ambiguous_share(radar, sea, slope)
     step = radar.wavelength * radar.ranges / (radar.coarse * radar.baseline)
     drawn = 3.0 * np.sqrt(slope) * np.random.default_rng(1).standard_normal((20_000, 1))
-    called = astray(drawn / step, np.broadcast_to(step, (20_000, step.size))).mean(axis=0)
+    called = doubtful_cycle(drawn / step, np.broadcast_to(step, (20_000, step.size))).mean(axis=0)
     judged = (0.5 * step < 5.0 * np.sqrt(sea)) & (radar.turn(radar.paths) < 1.0)
     assert np.ptp(found[judged]) > 0.5  # there is something to judge
     np.testing.assert_allclose(found[judged], called[judged], atol=4.0 * 0.5 / np.sqrt(20_000))

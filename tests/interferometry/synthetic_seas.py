@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.geometry.heights import PhaseModel
-from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
-from seamap_rt.interferometry.geometry.poses import LookPoses
-from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import DwellPulses
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.interferogram import EchoPower, Interferogram
+from seamap_rt.interferometry.inversion import Fan, Points, locate
+from seamap_rt.interferometry.poses import LookPoses, PhaseModel
+from seamap_rt.interferometry.speckle import DwellPulses
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 
@@ -133,12 +132,10 @@ def heard(
     correlation = np.eye(1, samples).ravel()
     given = Interferogram(
         dwell=dwell,
-        heard=dwell,
+        echo=EchoPower(dwell, noise, model.radar, 1.8),
         model=model,
         dwelt=DwellPulses(samples, correlation),
-        noise_power=noise,
         noise_square=1.0,
-        width=1.8,
         settings=settings,
     )
     return Heard(given, powers)

@@ -9,7 +9,7 @@ import pytest
 from gaussian_pulse import GaussianPulse
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.estimation.bright_spots import BrightSpots, Offsets
+from seamap_rt.interferometry.error_covariance import BrightSpots, Offsets
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.interferometry import open_echoes
-from seamap_rt.interferometry.input.checks import settings_of
+from seamap_rt.interferometry.checks import settings_of
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.settings import RetrievalSettings
 

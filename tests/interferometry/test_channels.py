@@ -10,10 +10,10 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwell_sums import Channel, DwellSums, PulseComparison
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwell_sums import Channel, DwellSums, PulseComparison
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.settings import RetrievalSettings
 
 GAIN_DB, PHASE_DEG = 1.5, 25.0

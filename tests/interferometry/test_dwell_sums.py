@@ -11,10 +11,10 @@ from scipy.special import gamma
 
 from seamap_rt.compute import machine
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, PulseComparison
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.windows import without_noise
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwell_sums import DwellSums, PulseComparison
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.windows import without_noise
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

@@ -11,10 +11,10 @@ from scipy.spatial import KDTree
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.dwells import Dwells, allot, unwrapped_sweep
-from seamap_rt.interferometry.covariance.products import Products, dwell_means, neighbouring_pulses
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwells import Dwells, allot, unwrapped_sweep
 from seamap_rt.interferometry.ground_map import Ground, ground_map
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.products import Products, dwell_means, neighbouring_pulses
 from seamap_rt.radar.grid import look_sweeps
 from seamap_rt.settings import RetrievalSettings
 

@@ -9,12 +9,12 @@ import pytest
 from gaussian_pulse import GaussianPulse
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.estimation.error_covariance import (
+from seamap_rt.interferometry.error_covariance import (
     ErrorCovariance,
     correlation_beside,
     correlation_by_range,
 )
-from seamap_rt.interferometry.phase.speckle import DwellPulses
+from seamap_rt.interferometry.speckle import DwellPulses
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_seas import MAST, WAVELENGTH, Heard, Waves, heard
 
-from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
-from seamap_rt.interferometry.estimation.estimators import (
+from seamap_rt.interferometry.ambiguity import HeightEstimate
+from seamap_rt.interferometry.error_covariance import ErrorCovariance
+from seamap_rt.interferometry.estimators import (
     ESTIMATORS,
     Estimate,
     adaptive,
@@ -19,8 +20,7 @@ from seamap_rt.interferometry.estimation.estimators import (
     single_cell,
     sliding_plane,
 )
-from seamap_rt.interferometry.estimation.estimators import _ground_step as ground_step
-from seamap_rt.interferometry.phase.ambiguity import HeightEstimate
+from seamap_rt.interferometry.estimators import _ground_step as ground_step
 
 Array = NDArray[np.float64]
 RMS = 0.35
@@ -263,7 +263,7 @@ def test_unheard_cells_stay_unheard() -> None:
     holed = replace(dwell, cross=dwell.cross.copy())
     holed.cross[20:22] = np.nan
     for estimator in ESTIMATORS.values():
-        found = estimator(replace(sea.given, dwell=holed, heard=holed))
+        found = estimator(replace(sea.given, dwell=holed, echo=replace(sea.given.echo, pulses=holed)))
         assert not found.echoing[20:22].any()
         assert np.isnan(found.heights.height[20:22]).all()
         assert np.isfinite(found.heights.height[found.echoing]).all()

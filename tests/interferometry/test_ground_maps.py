@@ -8,8 +8,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
+from seamap_rt.interferometry.description import RadarDescription
 from seamap_rt.interferometry.ground_map import Ground, ground_map, resample_looks, square_means
-from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.grid import LookFan, ground_grid
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings

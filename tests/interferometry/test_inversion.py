@@ -16,15 +16,15 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.products import Products, dwell_means
-from seamap_rt.interferometry.covariance.windows import (
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.inversion import Fan, difference_at_height, height_per_phase, locate
+from seamap_rt.interferometry.products import Products, dwell_means
+from seamap_rt.interferometry.windows import (
     Covariance,
     PhaseSlopes,
     independent_looks,
     window_weights,
 )
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
 from validation.analytic import height_from_range_difference, range_difference

@@ -11,9 +11,9 @@ from rolling_echoes import Boat, ideal_sea
 from synthetic_seas import heard
 
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.interferogram import Interferogram
 from seamap_rt.interferometry.looks import Looks, interferogram
-from seamap_rt.interferometry.phase.interferogram import Interferogram
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from synthetic_seas import Waves, evenly, polar
 
 from seamap_rt.compute import machine
-from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
-from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
-from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
-from seamap_rt.interferometry.estimation.slopes import local_planes
+from seamap_rt.interferometry.error_covariance import ErrorCovariance
+from seamap_rt.interferometry.optimal import MeasuredHeights, optimal_heights
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
+from seamap_rt.interferometry.slopes import local_planes
 
 Array = NDArray[np.float64]
 RANGES = evenly(30.0, 1.5, 40)

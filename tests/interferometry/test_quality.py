@@ -8,9 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.estimation.quality import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.quality import (
     has_echo,
     least_coherence,
     lit_power,
@@ -18,7 +18,7 @@ from seamap_rt.interferometry.estimation.quality import (
     own_echo,
     quality_flags,
 )
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

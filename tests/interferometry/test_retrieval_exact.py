@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from validation import analytic

@@ -10,8 +10,8 @@ import xarray as xr
 
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.geometry.heights import edge_bias
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.poses import edge_bias
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RetrievalSettings

@@ -14,16 +14,16 @@ from rolling_echoes import MODES, Boat, ideal_sea, reflectors
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve, retrieve_one
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.geometry.inversion import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.inversion import (
     Fan,
     azimuth_at_sea,
     difference_at_height,
     height_per_phase,
     locate,
 )
-from seamap_rt.interferometry.geometry.poses import LookPoses, PulsePoses
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.poses import LookPoses, PulsePoses
 from seamap_rt.interferometry.retrieval import retrieve_turn
 from seamap_rt.radar.pose import antenna_axes, bearing
 from seamap_rt.settings import RetrievalSettings

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_seas import Waves, evenly, polar
 
-from seamap_rt.interferometry.estimation import sea_covariance
-from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
+from seamap_rt.interferometry import sea_covariance
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
 
 Array = NDArray[np.float64]
 RMS = 0.35

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.estimation.error_covariance import sensor_variance, variance_kept
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.error_covariance import sensor_variance, variance_kept
 from seamap_rt.settings import SensorErrors, SensorSettings
 from seamap_rt.simulation import Simulator
 

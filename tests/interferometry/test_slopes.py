@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.estimation.slopes import local_planes, plane_reach, visible_slopes
+from seamap_rt.interferometry.slopes import local_planes, plane_reach, visible_slopes
 
 EAST, NORTH = 0.08, -0.05  # slopes of the plane
 

@@ -9,14 +9,14 @@ from scipy.integrate import quad
 from scipy.special import i0e
 from scipy.stats import t as student
 
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.phase.speckle import (
+from seamap_rt.interferometry.speckle import (
     estimation_doubt,
     incoherent_power,
     kept_between,
     phase_variances,
     wrapped_variance,
 )
+from seamap_rt.interferometry.windows import Covariance
 from validation.analytic import phase_std_lee94
 
 Array = NDArray[np.float64]

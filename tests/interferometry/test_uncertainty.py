@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from synthetic_seas import heard
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.interferometry.covariance.windows import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.poses import edge_bias
+from seamap_rt.interferometry.speckle import ONE_CELL, DwellPulses, incoherent_power
+from seamap_rt.interferometry.windows import (
     Covariance,
     PhaseSlopes,
     independent_looks,
     pulse_correlation,
     window_weights,
 )
-from seamap_rt.interferometry.geometry.heights import edge_bias
-from seamap_rt.interferometry.input.description import RadarDescription
-from seamap_rt.interferometry.phase.speckle import ONE_CELL, DwellPulses, incoherent_power
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 
@@ -194,8 +194,8 @@ def test_the_echos_contrast_is_what_speckle_leaves(variance: float, samples: int
     rng, shape = np.random.default_rng(11), sea.dwell.cross.shape
     texture = rng.gamma(1.0 / variance, variance, shape) if variance else np.ones(shape)
     uneven = Covariance(sea.dwell.cross * texture, sea.dwell.lower * texture, sea.dwell.upper * texture)
-    given = replace(sea, dwell=uneven, heard=uneven)
+    given = replace(sea, dwell=uneven, echo=replace(sea.echo, pulses=uneven))
     # The same whatever the unit of power is. 240 looks by 21 gates, of which a third are independent: fourth moments
     # of exponential speckle and texture leave some hundredths.
-    found = float(np.median(given.texture(given.power_around)))
+    found = float(np.median(given.texture(given.echo.around)))
     assert found == pytest.approx(variance / (1.0 + 0.5 * variance), abs=0.08)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
-from seamap_rt.interferometry.phase.ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from seamap_rt.interferometry.ambiguity import HeightEstimate, Resolved, doubtful_cycle, needed, resolve, sea_size
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m
@@ -209,7 +209,7 @@ def test_where_a_neighbourhood_does_not_tell_the_cycle() -> None:
     # The sea strays 0.42 m from a mean over 6 m: ½ s² (1 − 2 off)/0.42² is the log odds, 3.0 is twenty to one.
     step = np.array([[1.33, 1.33, 3.5, 3.5, 0.5, 1.33, 1.33]])
     off = np.array([[0.17, 0.21, 0.45, 0.49, 0.0, 1.17, np.nan]])
-    np.testing.assert_array_equal(astray(off, step), [[False, True, False, True, True, False, True]])
+    np.testing.assert_array_equal(doubtful_cycle(off, step), [[False, True, False, True, True, False, True]])
 
 
 @pytest.mark.parametrize("baseline", [0.2, 0.35, 0.9, 1.8])

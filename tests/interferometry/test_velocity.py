@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.products import dwell_means, sampled
-from seamap_rt.interferometry.covariance.velocity import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.products import dwell_means, sampled
+from seamap_rt.interferometry.velocity import (
     Doppler,
     Lag,
     beam_passage,
@@ -20,8 +21,7 @@ from seamap_rt.interferometry.covariance.velocity import (
     own_velocity,
     pulse_pair_lags,
 )
-from seamap_rt.interferometry.covariance.windows import independent_looks
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.windows import independent_looks
 
 WAVELENGTH, INTERVAL = 0.03, 1e-4
 CELL = (np.ones(1), np.ones(1))

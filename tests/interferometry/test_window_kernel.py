@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.covariance.windows import Covariance, Level, PhaseSlopes
+from seamap_rt.interferometry.windows import Covariance, Level, PhaseSlopes
 
 LOOKS, GATES = 9, 13
 

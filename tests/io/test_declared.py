@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.input.recorded import echoes_from_recording, open_recording
+from seamap_rt.interferometry.recorded import echoes_from_recording, open_recording
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.recording_header import RecordingHeader, read_header
 from seamap_rt.settings import RetrievalSettings

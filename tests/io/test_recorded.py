@@ -18,7 +18,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.input.recorded import echoes_from_recording, open_recording
+from seamap_rt.interferometry.recorded import echoes_from_recording, open_recording
 from seamap_rt.radar.installation import Installation
 from seamap_rt.settings import PlatformSettings, RadarSettings, RetrievalSettings
 

@@ -52,7 +52,7 @@ def test_residuals_tell_the_current(current: tuple[float, float]) -> None:
     fit = Fit.anew(wind_sea(), seen, 20.0, (0.0, 0.0))
     fit.add(seen[:7], range(7))
     with ThreadPoolExecutor(1) as workers:
-        fit.settle(workers)
+        fit.solve(workers)
     fit.add(seen[7:], [7])
     drift = Drift(amplitude_dispersion=0.0)
     assert drift.learn(fit, 7) == any(current)
@@ -66,7 +66,7 @@ def test_few_turns_tell_nothing() -> None:
     fit = Fit.anew(wind_sea(), seen, 20.0, (0.0, 0.0))
     fit.add(seen[:3], range(3))
     with ThreadPoolExecutor(1) as workers:
-        fit.settle(workers)
+        fit.solve(workers)
     fit.add(seen[3:], [3])
     assert not Drift().learn(fit, 3)
 
@@ -116,7 +116,7 @@ def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float,
             now = replace(sea, water=drift.water(DEEP), amplitude_dispersion=drift.amplitude_dispersion)
             fit = Fit.anew(now, seen, 20.0, (0.0, 0.0))
             fit.add(seen[last - 7 : last], range(last - 7, last))
-            fit.settle(workers)
+            fit.solve(workers)
             fit.add([seen[last]], [last])
             drift.learn(fit, last)
     k = np.array([0.1325])
@@ -154,7 +154,7 @@ def test_a_share_is_one_of_the_spectrum_that_the_waves_were_made_by() -> None:
     fit = Fit.anew(sea, seen, 20.0, (0.0, 0.0))
     fit.add(seen, range(3))
     with ThreadPoolExecutor(1) as workers:
-        fit.settle(workers)
+        fit.solve(workers)
     later, higher = copy(fit), replace(sea, table=4.0 * sea.table)
     later.renew(higher, (0.0, 0.0))
     for mine, other in zip(fit.drift_evidence(2, True), later.drift_evidence(2, True), strict=True):

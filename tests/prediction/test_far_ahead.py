@@ -53,7 +53,7 @@ def last_field(sea: FreeWaves, spectrum: Spectrum) -> WaveField:
         for number in range(TURNS):
             fit.add([turn_of(sea, number)], [number])
             innovations.compare(fit, number)
-            ensemble.settle(fit, number + 1.0, workers)
+            ensemble.solve(fit, number + 1.0, workers)
             field = fit.field(number + 1.0, 0.0, ensemble.members, innovations.model_error(fit))
             innovations.remember(field)
     assert field is not None
@@ -61,7 +61,7 @@ def last_field(sea: FreeWaves, spectrum: Spectrum) -> WaveField:
 
 
 def test_a_swell_longer_than_the_circle_is_forecast_no_higher_than_it_is() -> None:
-    # Told ten thousand times over inside 200 m and not at all outside: what comes
+    # ErrorSample ten thousand times over inside 200 m and not at all outside: what comes
     # from outside is the prior's, of mean 0. Four seas at five places know mean squares of groups to a half.
     error, stated, told, came = [], [], [], []
     for seed in range(SEAS):

@@ -137,7 +137,7 @@ def test_values_of_long_areas_become_those_of_round_ones() -> None:
     for batch in fit.all:
         alike = batch.sum.values(fit.amplitudes)
         shape = np.std(batch.seen.value - alike)
-        assert np.std(fit.above_home(batch) - alike) < 0.1 * shape
+        assert np.std(fit.remove_setdown(batch) - alike) < 0.1 * shape
 
 
 def random_unknowns(of: Lattice, seed: int) -> list[NDArray[np.complex64]]:

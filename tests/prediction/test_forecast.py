@@ -137,7 +137,7 @@ def on_the_spot(
 def test_a_raft_goes_with_the_water(field: WaveField) -> None:
     names = ["elevation", "slope_x", "heave", "pitch"]
     wanted, way = on_the_spot(field, names, np.arange(0.0, 8.0), vessel=Follower(), course=Course(90.0, 0.0))
-    elevation, slope, heave, pitch = field.told(wanted, *way)
+    elevation, slope, heave, pitch = field.predict(wanted, *way)
     np.testing.assert_allclose(heave[0], elevation[0], atol=1e-6)
     np.testing.assert_allclose(heave[1], elevation[1], rtol=1e-6)
     np.testing.assert_allclose(np.tan(pitch[0]), slope[0], atol=0.02)  # bow east: up where it rises
@@ -146,7 +146,7 @@ def test_a_raft_goes_with_the_water(field: WaveField) -> None:
 
 def test_draws_have_the_stated_error_and_hang_together(field: WaveField) -> None:
     wanted, way = on_the_spot(field, ["elevation"], np.arange(20.0, 60.0, 0.25))
-    ((mean, std),), (draws,) = field.told(wanted, *way), field.draws(wanted, *way, 400)
+    ((mean, std),), (draws,) = field.predict(wanted, *way), field.draws(wanted, *way, 400)
     spread = np.sqrt(np.mean((draws - mean) ** 2))
     assert spread == pytest.approx(np.sqrt(np.mean(std**2)), rel=0.06)  # 400 draws of some ten periods each
     error = (draws - mean)[:, -80:]

@@ -15,7 +15,7 @@ from seamap_rt.prediction import Observations, Spectrum, WaveField
 from seamap_rt.prediction.ensemble import Ensemble
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.innovations import Innovations, weight_of_groups
-from seamap_rt.prediction.knowledge import ModelError, Told, likely, scatter
+from seamap_rt.prediction.knowledge import ErrorSample, ModelError, likely, scatter
 
 Field = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def last_field(sea: FreeWaves) -> WaveField:
             fit.keep(set(range(number - KEPT + 1, number + 1)))
             fit.add([turn_of(sea, number)], [number])
             innovations.compare(fit, number)
-            ensemble.settle(fit, number + 1.0, workers)
+            ensemble.solve(fit, number + 1.0, workers)
             field = fit.field(number + 1.0, 0.0, ensemble.members, innovations.model_error(fit))
             innovations.remember(field)
     assert field is not None
@@ -93,12 +93,12 @@ def test_a_fit_from_nothing_is_right_where_nothing_was_seen() -> None:
     seen = [turn_of(drifting_waves(0.0, 1), number) for number in range(KEPT)]
     fit = Fit.anew(wind_sea(), seen, 30.0, (0.0, 0.0))
     fit.add(seen, range(KEPT))
-    fit.weigh()
+    fit.update_weights()
     with ThreadPoolExecutor(1) as workers:
-        fit.settle(workers)
+        fit.solve(workers)
         found, fit.unknowns = fit.amplitudes, None
         for _ in range(30):  # each goes on by some steps
-            fit.settle(workers)
+            fit.solve(workers)
     off = [np.sum(np.abs(a - b) ** 2) / 2.0 for a, b in zip(found, fit.amplitudes, strict=True)]
     assert sum(off) < 0.5 * STD**2
 
@@ -112,7 +112,7 @@ def test_what_turns_tell_outweighs_what_was_taken_before() -> None:
         for number in range(20):
             lapse = (8.0, 19.0)[number % 2]
             right = still + (drift * lapse) ** 2
-            told.append(Told(right * stream.gamma(8.0) / 8.0, 0.002, lapse**2))
+            told.append(ErrorSample(right * stream.gamma(8.0) / 8.0, 0.002, lapse**2))
         for std in (0.1, 0.6):
             found = likely(told, wind_sea(std), 0.0)
             lapse = np.array([8.0, 20.0])

@@ -10,7 +10,7 @@ import pytest
 
 from seamap_rt import scattering
 from seamap_rt.conventions import from_db
-from seamap_rt.interferometry.geometry import heights
+from seamap_rt.interferometry import poses
 from seamap_rt.sea import spectra
 from validation import analytic
 from validation.analytic import phase
@@ -48,11 +48,9 @@ def test_a_per_cent_of_pierson_moskowitz(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_baseline_that_is_two_per_cent_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    located = heights.located
+    located = poses.located
     # ΔR/B is all that the inversion knows of the baseline, to first order.
-    monkeypatch.setattr(
-        heights, "located", lambda gate, difference, fan: located(gate, np.divide(difference, 1.02), fan)
-    )
+    monkeypatch.setattr(poses, "located", lambda gate, difference, fan: located(gate, np.divide(difference, 1.02), fan))
     assert red(tmp_path, *JUDGED, "lee_table", "spectra_tables") == set(JUDGED)
 
 

@@ -21,19 +21,19 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
 from seamap_rt.echoes.expected import expected_look_gates
-from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.estimation.error_covariance import (
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.error_covariance import (
     ErrorCovariance,
     correlation_beside,
     correlation_by_range,
 )
-from seamap_rt.interferometry.estimation.estimators import bright_spots, sliding_plane
-from seamap_rt.interferometry.estimation.optimal import MeasuredHeights, optimal_heights
-from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.estimators import bright_spots, sliding_plane
+from seamap_rt.interferometry.interferogram import Interferogram
 from seamap_rt.interferometry.looks import Looks, interferogram
-from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import ONE_CELL, phase_variances
+from seamap_rt.interferometry.optimal import MeasuredHeights, optimal_heights
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
+from seamap_rt.interferometry.speckle import ONE_CELL, phase_variances
+from seamap_rt.interferometry.windows import Covariance
 from seamap_rt.radar.installation import Installation
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea
@@ -87,7 +87,7 @@ def floors(scene: Scene, echoes: xr.Dataset, height: Map, law: Law, seed: int) -
     if given.model.paths != 2:
         raise ValueError(f"paths = {given.model.paths}: must be 2; give echoes of switched transmitters")
     cells = _drawn(law, given, radar, np.random.default_rng(seed))
-    drawn = replace(given, dwell=cells, heard=cells)
+    drawn = replace(given, dwell=cells, echo=replace(given.echo, pulses=cells))
     return {"drawn": _interpolated(drawn, law, height, told=False), "known": _interpolated(given, law, height)}
 
 
@@ -99,7 +99,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
     samples = given.dwelt.samples(ONE_CELL, model.radar)
     speckle, noise = phase_variances(
-        cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
+        cells, law.incoherent, given.echo.noise, samples.speckle, samples.noise, given.noise_square
     )
     spots, offsets = bright_spots(given, expected, echoing if told else np.zeros_like(echoing), speckle * given.doubt)
     phase = expected + wrap_phase(np.angle(cells.cross) - expected) - offsets.phase
@@ -110,7 +110,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     along = correlation_by_range(model.radar.response, model.radar.spacing * np.arange(9), spots if told else None)
     errors = ErrorCovariance(each.gain * np.sqrt(parts), along, correlation_beside(given.dwelt))
     ground = model.ground(each.points)
-    footprint = model.radar.footprint(given.width)
+    footprint = model.radar.footprint(given.echo.width)
     blur = 0.5 * (footprint[0] ** 2 + (footprint[1] * model.radar.ranges) ** 2)
     known = MeasuredHeights(each.height, errors, ground, model.outward(*ground), blur)
     cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)
@@ -135,7 +135,7 @@ def _drawn(law: Law, given: Interferogram, radar: RadarDescription, random: np.r
     shared = coherence * np.exp(1j * np.angle(law.cross))
     lower = np.sqrt(law.lower)[:, None] * one
     upper = np.sqrt(law.upper)[:, None] * (shared.conj()[:, None] * one + np.sqrt(1.0 - coherence**2)[:, None] * other)
-    root = np.sqrt(given.noise_power)
+    root = np.sqrt(given.echo.noise)
     lower, upper = (volts + root * (white() @ hissing.T).reshape(shape) for volts in (lower, upper))
     powers = [np.asarray(np.mean(np.abs(volts) ** 2, axis=1, dtype=np.float64)) for volts in (lower, upper)]
     beside = 0.5 * (upper + np.roll(upper, 1, axis=1))  # each pulse is compared with that before it and that after it

@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.interferometry.estimation.estimators import sliding_plane
-from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.estimators import sliding_plane
 from seamap_rt.interferometry.looks import Looks, interferogram
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M, error_figures
 from seamap_rt.scene import Scene

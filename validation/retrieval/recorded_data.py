@@ -32,7 +32,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.interferometry.input.recorded import open_recording
+from seamap_rt.interferometry.recorded import open_recording
 from seamap_rt.settings import RetrievalSettings
 from validation.options import options
 

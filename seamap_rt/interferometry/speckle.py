@@ -16,9 +16,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...radar.waveform import RangeResponse
-from ..covariance.windows import Covariance, independent_looks
-from ..input.description import RadarDescription
+from ..radar.waveform import RangeResponse
+from .description import RadarDescription
+from .windows import Covariance, independent_looks
 
 Weights = tuple[NDArray[np.float64], NDArray[np.float64]]  # of a window: along range, across looks
 ONE_CELL: Weights = (np.ones(1), np.ones(1))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import unit_from_azimuth, wrap_phase
+from ..conventions import unit_from_azimuth, wrap_phase
 from .dwells import Dwells
 from .products import Products, Rows, rows_apart
 from .windows import Covariance, without_noise
@@ -129,9 +129,9 @@ def doppler(
     velocity = -scale * phase_rate(lags)
     last = lags[-1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        clean = [without_noise(lag.products, noise_power) for lag in lags]
+        clean = [without_noise(lag.products, noise_power) for lag in (lags[0], last)]
         echo = [np.sqrt(each.lower * each.upper) for each in clean]
-        kept = [np.abs(lag.products.cross) / power for lag, power in zip(lags, echo, strict=True)]
+        kept = [np.abs(each.cross) / power for each, power in zip(clean, echo, strict=True)]
         noise = noise_power / np.where(echo[-1] > 0.0, echo[-1], np.nan)
         rho = np.clip(kept[-1], 0.0, 1.0)
         # A pulse's noise stands in two products, turned to opposite sides: of a steady echo that of the dwell's ends

@@ -7,18 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import wrap_phase
-from ..covariance.windows import PhaseSlopes, window_weights
-from ..geometry.heights import Heights
-from ..input.description import RadarDescription
-from ..phase.interferogram import Interferogram
-from ..phase.speckle import ONE_CELL, Weights, wrapped_variance
-from .bright_spots import BrightSpots, Offsets
-from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
+from ..conventions import wrap_phase
+from .description import RadarDescription
+from .error_covariance import BrightSpots, ErrorCovariance, Offsets, correlation_beside, correlation_by_range
+from .interferogram import Interferogram
 from .optimal import MeasuredHeights, optimal_heights
+from .poses import Heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
 from .slopes import local_planes
+from .speckle import ONE_CELL, Weights, wrapped_variance
+from .windows import PhaseSlopes, window_weights
 
 Map = NDArray[np.float64]
 
@@ -52,7 +51,7 @@ def single_cell(given: Interferogram) -> Estimate:
     settings, radar = given.settings, given.model.radar
     window = (
         window_weights(settings.cell_range_m, radar.spacing),
-        window_weights(settings.cell_azimuth_deg, given.width),
+        window_weights(settings.cell_azimuth_deg, given.echo.width),
     )
     return _averaged(given, window, given.level_slopes)
 
@@ -63,7 +62,7 @@ def sliding_plane(given: Interferogram) -> Estimate:
     first = _averaged(given, (window_weights(settings.cell_range_m, radar.spacing), np.ones(1)), given.level_slopes)
     window = (
         window_weights(settings.window_range_m, radar.spacing),
-        window_weights(settings.window_azimuth_deg, given.width),
+        window_weights(settings.window_azimuth_deg, given.echo.width),
     )
     return _averaged(given, window, _along_waves(given, first), first)
 
@@ -87,7 +86,7 @@ def adaptive(given: Interferogram) -> Estimate:
     waves = dwells - level
     # Near and far are the radar's: a boat may be far from the origin.
     east, north = (each - centre for each, centre in zip(ground, model.poses.centre, strict=True))
-    footprint = model.radar.footprint(given.width)
+    footprint = model.radar.footprint(given.echo.width)
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
     height, error, of_slopes = optimal_heights(
         # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
@@ -143,8 +142,8 @@ def bright_spots(
     radar, samples = given.model.radar, given.dwelt.samples(ONE_CELL, given.model.radar)
     spots = BrightSpots.of(radar.response, radar.spacing)
     ratio = samples.noise / samples.speckle
-    power, around = given.echo_power(), given.power_around
-    offsets = spots.offsets(power, around, echoing, given.noise_power, ratio, given.turn(phase))
+    power, around = given.echo.dwells, given.echo.around
+    offsets = spots.offsets(power, around, echoing, given.echo.noise, ratio, given.turn(phase))
     return spots, offsets.of_large(variance / given.doubt, samples.speckle)
 
 
@@ -166,7 +165,7 @@ ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane":
 def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before: Estimate | None = None) -> Estimate:
     """Heights of a window's means; their cycles are those of an earlier map, if there is one."""
     cells = given.windowed(window, along)
-    echo_power = given.echo_power(window)
+    echo_power = given.echo.over(window)
     echoing = given.echoing(cells, echo_power)
     if before is None:
         incoherent = given.incoherent(along)
@@ -196,7 +195,7 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
     planes = local_planes(heights.height, weight, ground, model.outward(*ground), reach)
     per_height = model.rise_sign * np.nan_to_num(1.0 / heights.gain, posinf=0.0, neginf=0.0)
     step = _ground_step(radar, heights.ground_range, model.poses.fan.height - heights.height, planes.outward)
-    across = heights.ground_range * np.radians(given.width)
+    across = heights.ground_range * np.radians(given.echo.width)
     return PhaseSlopes(
         model.flat_per_gate + np.nan_to_num(planes.outward * step) * per_height,
         np.nan_to_num(planes.clockwise * across) * per_height,

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import SPEED_OF_LIGHT
-from ...errors import SchemaError
-from ...io.text import shown
-from ...radar.waveform import RangeResponse
-from ...settings import SensorErrors
+from ..conventions import SPEED_OF_LIGHT
+from ..errors import SchemaError
+from ..io.text import shown
+from ..radar.waveform import RangeResponse
+from ..settings import SensorErrors
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,8 +18,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...compute.compiled import compiled, compiled_step
-from ...compute.machine import in_blocks
+from ..compute.compiled import compiled, compiled_step
+from ..compute.machine import in_blocks
 
 HEIGHT, ALONG, UP, LENGTH, RISE_ALONG, RISE_UP, OUT_ALONG, OUT_UP, RIGHT, OTHERS = range(10)
 

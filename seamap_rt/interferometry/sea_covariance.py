@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import gaussian_filter
 
-from ...compute.compiled import compiled
+from ..compute.compiled import compiled
 
 Map = NDArray[np.float64]
 

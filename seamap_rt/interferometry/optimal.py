@@ -1,4 +1,15 @@
-"""The inner loops of optimal interpolation, compiled: neighbours, their covariances, and what these make of them.
+"""Optimal interpolation of a sea's heights: the linear mean of a cell's neighbours whose expected error is least.
+
+Gandin 1963, Bretherton, Davis & Fandry 1976. Of measured heights y with error covariance R and a sea of mean level 0
+and covariance C the mean of a cell is kᵀ(C + R)⁻¹y, of variance k₀ − kᵀ(C + R)⁻¹k, k the sea's covariance between the
+cell's mean and the points of y. The window thus adapts itself: it is short where the echo is strong and clear, long
+where it is weak, and longer along the crests than across. A measured height is the mean over the pulse's and the beam's
+footprint, so that its covariances are those of the sea blurred by it, once towards a point and twice between two of
+them; what it flattens is restored as far as errors allow, and what they do not is part of the variance.
+
+A cell's mean slope errs alike, by s₀ − cᵀ(C + R)⁻¹c: s₀ the sea's variance of it, c its covariance with the points
+of y. Of this wᵀRw, w = (C + R)⁻¹c, is due to the errors of y. Where y differs from what its neighbours make it expected
+to be by more than C + R say (innovations, Kalman 1960), they are as much larger.
 
 A few gates share their neighbours, hence a matrix. From one look to the next most neighbours stay, and their
 covariances with them: only those with new ones are worked out. Looks are gone through from the last to the first, and
@@ -8,12 +19,16 @@ neighbours are kept in that order.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled, compiled_fused, compiled_step
+from ..compute.compiled import compiled, compiled_fused, compiled_step
+from ..compute.machine import pool
+from .error_covariance import ErrorCovariance
+from .sea_covariance import SeaCovariance
 
 BLOCK = 3  # gates that share their neighbours
 _GATES = 3  # neighbouring gates to either side
@@ -283,26 +298,32 @@ def _eliminate(given, count, error, left, inverse, first):
 
 @compiled_step
 def _of_mean(table, per_spacing, east, north, along, across):
-    """Variance of a cell's mean, of four points."""
-    middle, total = table.shape[0] // 2, 0.0
-    for u in (-2.0 * along, 0.0, 2.0 * along):
-        for v in (-2.0 * across, 0.0, 2.0 * across):
-            share = (0.5 if u == 0.0 else 0.25) * (0.5 if v == 0.0 else 0.25)
-            total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    """Variance of a cell's mean, of four points. To opposite lags the covariance is the same."""
+    middle = table.shape[0] // 2
+    total = 0.25 * table[middle, middle]
+    for u, v, share in ((0.0, 2.0, 0.25), (2.0, 0.0, 0.25), (2.0, 2.0, 0.125), (2.0, -2.0, 0.125)):
+        u, v = u * along, v * across
+        total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
     return total
 
 
 @compiled_step
 def _of_slopes(table, per_spacing, east, north, cell, one, other):
-    """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip."""
+    """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip; of opposite
+    lags once."""
     middle, total = table.shape[0] // 2, 0.0
-    for n in range(2 * _STRIPS):
-        for m in range(2 * _STRIPS):
-            end, to = n % 2 - 0.5, m % 2 - 0.5
-            strip, aside = (n // 2 + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
-            u = cell[0] * ((strip if one else end) - (aside if other else to))
-            v = cell[1] * ((end if one else strip) - (to if other else aside))
-            total += end * to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    if one == other:
+        for apart in range(1 - _STRIPS, _STRIPS):
+            for end in range(2):
+                u, v = cell[0] * (apart / _STRIPS if one else end), cell[1] * (end if one else apart / _STRIPS)
+                share = 0.5 * (_STRIPS - abs(apart)) * (1 - 2 * end)
+                total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    else:
+        for n in range(_STRIPS):
+            for m in range(2 * _STRIPS):
+                to, strip, aside = m % 2 - 0.5, (n + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
+                u, v = cell[0] * (0.5 - aside), cell[1] * (strip - to)
+                total += to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
     return 4.0 * total / (_STRIPS**2 * cell[one] * cell[other])
 
 
@@ -317,3 +338,66 @@ def _at(table, middle, per_spacing, dx, dy):
     return (table[i, j] * (1.0 - v) + table[i, j + 1] * v) * (1.0 - u) + (
         table[i + 1, j] * (1.0 - v) + table[i + 1, j + 1] * v
     ) * u
+
+
+Map = NDArray[np.float64]
+
+ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
+_MOST_VARIANCE = 6.0  # error variance over the sea's: such a height has no weight
+_BLURS = 4  # tables of the covariance, of means over areas as large as the beam's footprint from near to far
+
+
+@dataclass(frozen=True)
+class MeasuredHeights:
+    """Heights as measured, all (look, gate); NaN where there is none."""
+
+    height: Map  # m
+    errors: ErrorCovariance
+    ground: tuple[Map, Map]  # m east and north, where they lie
+    outward: tuple[Map, Map]  # east and north of the direction from the radar
+    blur: Map  # (gate,) m², variance a side of the area that a height is the mean of
+
+
+def optimal_heights(
+    measured: MeasuredHeights,
+    sea: SeaCovariance,
+    wanted: NDArray[np.bool_],
+    cell: tuple[float, float],
+    ranges: Map,
+    tasks: int = 32,
+) -> tuple[Map, Map, Map]:
+    """Mean heights [m] of wanted cells, their variances [m²], both (look, gate), and the variances of the cells' mean
+    slopes outward and clockwise and their covariance (3, look, gate); NaN elsewhere.
+
+    cell: its length along the look [m] and its width [rad]; ranges (gate,) [m]. tasks: blocks of gates that threads
+    take; no bit depends on them.
+    """
+    shape = measured.height.shape
+    (x, y), (east, north) = measured.ground, (np.broadcast_to(each, shape) for each in measured.outward)
+    lying = np.isfinite(x) & np.isfinite(y) & np.isfinite(east) & np.isfinite(north)
+    variance = measured.errors.variance
+    usable = lying & np.isfinite(measured.height) & (variance < _MOST_VARIANCE * sea.variance)
+    parts = np.where(usable, measured.errors.parts, np.nan)
+    points = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
+    width = cell[1] * ranges
+    looks = np.clip(np.round(ACROSS_M / np.maximum(width, 1e-9)), 1, MOST_LOOKS).astype(np.int64)
+    half = HalfCell(_GAUSS * cell[0], _GAUSS * width)
+    blurs = np.linspace(measured.blur.min(), measured.blur.max(), _BLURS)
+    level = np.abs(measured.blur[:, None] - blurs).argmin(axis=1)
+    tables = np.stack([np.stack((sea.table, sea.blurred(blur), sea.blurred(2.0 * blur))) for blur in blurs])
+    estimate = np.full((5, *shape), np.nan)
+
+    given = (
+        Cells(measured.height, parts, points, wanted & lying, looks),
+        SeaTables(tables, level, sea.spacing),
+        half,
+        ErrorTables(np.ascontiguousarray(measured.errors.along), measured.errors.beside),
+    )
+
+    def blocks(first: int, last: int) -> None:
+        interpolate(*given, first, last, estimate)
+
+    edges = np.linspace(0, -(-shape[1] // BLOCK), tasks + 1).astype(int)
+    with pool() as workers:
+        list(workers.map(blocks, edges[:-1], edges[1:]))
+    return estimate[0], estimate[1], estimate[2:]

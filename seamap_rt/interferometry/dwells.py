@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled
+from ..compute.compiled import compiled
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...conventions import db
-from ...dataset import QUALITY_FLAGS
-from ...radar.waveform import RangeResponse
-from ...settings import RetrievalSettings
-from ..covariance.dwells import Dwells
-from ..covariance.windows import Covariance
-from ..input.description import RadarDescription
+from ..conventions import db
+from ..dataset import QUALITY_FLAGS
+from ..radar.waveform import RangeResponse
+from ..settings import RetrievalSettings
+from .description import RadarDescription
+from .dwells import Dwells
+from .windows import Covariance
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from ...settings import RetrievalSettings
-from ..covariance.windows import Covariance, PhaseSlopes
-from ..estimation.quality import has_echo, lit_power, object_echo, own_echo
-from ..geometry.heights import Heights, PhaseModel, edge_bias
-from .ambiguity import HeightEstimate, Resolved, astray, needed, resolve, sea_size
+from ..settings import RetrievalSettings
+from .ambiguity import HeightEstimate, Resolved, doubtful_cycle, needed, resolve, sea_size
+from .description import RadarDescription
+from .poses import Heights, PhaseModel, edge_bias
+from .quality import has_echo, lit_power, object_echo, own_echo
 from .speckle import (
     ONE_CELL,
     DwellPulses,
@@ -27,6 +27,7 @@ from .speckle import (
     phase_variances,
     wrapped_variance,
 )
+from .windows import Covariance, PhaseSlopes
 
 Map = NDArray[np.float64]
 
@@ -39,52 +40,66 @@ AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over whic
 
 
 @dataclass(frozen=True)
-class Interferogram:
-    """Of p ways; arrays (look, gate). width: degrees between looks."""
+class EchoPower:
+    """Power [W] (look, gate) of a turn's echo, noise taken off: of all pulses, whether or not they are compared, and so
+    of the interferograms of all ways."""
 
-    dwell: Covariance
-    heard: Covariance  # its powers are those of all pulses, whether or not they are compared
-    model: PhaseModel
-    dwelt: DwellPulses
-    noise_power: float  # W, of one receiver
-    noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
-    width: float
-    settings: RetrievalSettings
-    kept: Map | float = 1.0  # share of the echo that is left between the pulses that are compared
-    others: Callable[[], tuple[HeightEstimate, ...]] = field(default=tuple)  # of the same heights, on demand
+    pulses: Covariance
+    noise: float  # W, of one receiver
+    radar: RadarDescription
+    width: float  # degrees between looks
 
-    def echo_power(self, window: Weights = ONE_CELL) -> Map:
-        """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""
-        return self._power if window is ONE_CELL else self.heard.power_in(*window) - self.noise_power
+    def over(self, window: Weights) -> Map:
+        """Of a window."""
+        return self.pulses.power_in(*window) - self.noise
 
     @cached_property
-    def _power(self) -> Map:
-        return 0.5 * (self.heard.lower + self.heard.upper) - self.noise_power
-
-    def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
-        """Cells (look, gate) with an echo of their own; echo_power [W] as `echo_power` gives it."""
-        return has_echo(cells, echo_power, self.noise_power, self.settings) & self.own
+    def dwells(self) -> Map:
+        """Of each dwell and gate."""
+        return 0.5 * (self.pulses.lower + self.pulses.upper) - self.noise
 
     @cached_property
-    def edge(self) -> Map:
-        """Height [m] by which a distributed sea is found too high where its echo grows along the range."""
-        return edge_bias(self.echo_power(), self.model.poses.fan.height, self.model.radar)
+    def around(self) -> Map:
+        """The mean of a cell and its neighbours."""
+        return self.over(AROUND)
 
     @cached_property
-    def lit_power(self) -> Map:
-        """Echo power [W] (1, gate) of a lit cell of the sea."""
-        return lit_power(self.echo_power(), self.model.radar.ranges)
+    def lit(self) -> Map:
+        """(1, gate) of a lit cell of the sea."""
+        return lit_power(self.dwells, self.radar.ranges)
 
     @cached_property
     def own(self) -> NDArray[np.bool_]:
         """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours leave; no object's."""
-        radar = self.model.radar
-        power, beam = self.echo_power(), (radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
-        own = own_echo(power, *beam)
+        beam = self.radar.response, (self.width, self.radar.spacing), self.radar.azimuth_beamwidth
+        own = own_echo(self.dwells, *beam)
         beside = own.copy()
         beside[:, 1:] |= own[:, :-1]
         beside[:, :-1] |= own[:, 1:]
-        return beside & ~object_echo(power, self.lit_power + self.noise_power, *beam)
+        return beside & ~object_echo(self.dwells, self.lit + self.noise, *beam)
+
+
+@dataclass(frozen=True)
+class Interferogram:
+    """Of p ways; arrays (look, gate)."""
+
+    dwell: Covariance
+    echo: EchoPower
+    model: PhaseModel
+    dwelt: DwellPulses
+    noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
+    settings: RetrievalSettings
+    kept: Map | float = 1.0  # share of the echo that is left between the pulses that are compared
+    others: Callable[[], tuple[HeightEstimate, ...]] = field(default=tuple)  # of the same heights, on demand
+
+    def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
+        """Cells (look, gate) with an echo of their own; echo_power [W] of these cells."""
+        return has_echo(cells, echo_power, self.echo.noise, self.settings) & self.echo.own
+
+    @cached_property
+    def edge(self) -> Map:
+        """Height [m] by which a distributed sea is found too high where its echo grows along the range."""
+        return edge_bias(self.echo.dwells, self.model.poses.fan.height, self.model.radar)
 
     @cached_property
     def level_slopes(self) -> PhaseSlopes:
@@ -98,14 +113,14 @@ class Interferogram:
     def incoherent(self, along: PhaseSlopes) -> Map:
         """Power [W] that the receivers do not share, the noise's apart: of windows that follow the phase's slopes, or
         the waves would count as a lack of coherence."""
-        return incoherent_power(self.windowed(AROUND, along), self.noise_power, self._around.noise, self.kept)
+        return incoherent_power(self.windowed(AROUND, along), self.echo.noise, self._around.noise, self.kept)
 
     def incoherent_about(self, phase: Map) -> Map:
         """The same of windows that follow a map of phases [rad], (look, gate), which waves curve within a window."""
         turned = self.dwell.rotated(-np.nan_to_num(phase)).windowed(*AROUND)
         samples = self._around.speckle
         one_fitted = samples / max(samples - 1.0, 1.0)  # the map's phase there, which made the windows look coherent
-        return incoherent_power(turned, self.noise_power, self._around.noise, self.kept) * one_fitted
+        return incoherent_power(turned, self.echo.noise, self._around.noise, self.kept) * one_fitted
 
     @cached_property
     def _around(self) -> Samples:
@@ -121,16 +136,16 @@ class Interferogram:
         samples = self.dwelt.samples(window, self.model.radar)
         # Von Mises's law of a coherence γ: (1 − γ²)/2γ in place of 1 − γ.
         with np.errstate(invalid="ignore", divide="ignore"):
-            shared = np.clip(1.0 - np.nan_to_num(incoherent / self.power_around), _LEAST_SHARED, 1.0)
+            shared = np.clip(1.0 - np.nan_to_num(incoherent / self.echo.around), _LEAST_SHARED, 1.0)
         incoherent = incoherent * 0.5 * (1.0 + shared) / shared
         return phase_variances(
-            cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, self.doubt
+            cells, incoherent, self.echo.noise, samples.speckle, samples.noise, self.noise_square, self.doubt
         )
 
     def texture(self, incoherent: Map) -> Map:
         """Variance [rad²] (look, gate) of a dwell's phase by what makes one part of its footprint brighter than another
         besides speckle: waves, breakers."""
-        around = self.power_around
+        around = self.echo.around
         return np.divide(incoherent, around, out=np.zeros(around.shape), where=around > 0.0) * self._contrast
 
     @cached_property
@@ -140,11 +155,11 @@ class Interferogram:
         Of gates a pulse apart, whose speckle of L samples has a correlation r, ⟨(a − b)²⟩ : ⟨(a + b)²⟩ of the powers is
         2V + (2(1 − r) + V(1 + r))/L : 4 + (2(1 + r) + V(1 − r))/L.
         """
-        radar, power, gates = self.model.radar, self.echo_power(), self.model.radar.ranges.size
+        radar, power, gates = self.model.radar, self.echo.dwells, self.model.radar.ranges.size
         apart = min(gates, max(1, round(_APART * radar.response.spread_m / radar.spacing)))
         a, b = power[:, : gates - apart], power[:, apart:]
-        both = self.own[:, : gates - apart] & self.own[:, apart:] & (a + b > 0.0)
-        noise = self.noise_power * (a + b + self.noise_power) / self.dwelt.pulses
+        both = self.echo.own[:, : gates - apart] & self.echo.own[:, apart:] & (a + b > 0.0)
+        noise = self.echo.noise * (a + b + self.echo.noise) / self.dwelt.pulses
         sums = [np.sum(each**2 - noise, axis=0, where=both) for each in (a - b, a + b)]
         around = np.ones(min(_EVENED, gates))
         less, more = (np.convolve(np.pad(each, (apart // 2, apart - apart // 2)), around, "same") for each in sums)
@@ -165,7 +180,7 @@ class Interferogram:
         phase [rad] (look, gate): along the surface. Of a Gaussian pulse exp(−(turn · spread)²/2) stays coherent.
         """
         turn = self.turn(phase) * self.model.radar.response.spread_m
-        lost = -np.expm1(-0.5 * turn**2) * np.maximum(self.power_around, 0.0)
+        lost = -np.expm1(-0.5 * turn**2) * np.maximum(self.echo.around, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(incoherent > 0.0, np.clip(lost / incoherent, 0.0, 1.0), 0.0)
 
@@ -177,11 +192,6 @@ class Interferogram:
         each = np.gradient(phase, axis=1) if phase.shape[1] > 1 else np.zeros(phase.shape)
         each = np.where(np.isfinite(each), each, np.nan_to_num(self.model.flat_per_gate))
         return each / self.model.radar.spacing
-
-    @cached_property
-    def power_around(self) -> Map:
-        """Power [W] (look, gate) of the echo, without noise: the mean of a cell and its neighbours."""
-        return self.echo_power(AROUND)
 
     def resolved(
         self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]
@@ -223,13 +233,15 @@ class Interferogram:
         known = known & np.isfinite(earlier) & np.isfinite(before.gain)
         if not known.all():
             earlier = np.where(known, earlier, _mean_beside(np.where(known, earlier, np.nan)))
-            ambiguous = ambiguous | (~known & astray((residual - earlier) / (2.0 * np.pi), 2.0 * np.pi * before.gain))
+            ambiguous = ambiguous | (
+                ~known & doubtful_cycle((residual - earlier) / (2.0 * np.pi), 2.0 * np.pi * before.gain)
+            )
         cycles = np.round((earlier - residual) / (2.0 * np.pi))
         return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles)), ambiguous
 
     def _cycles(self, residual: Map, spread: Map, heights: Heights, known: NDArray[np.bool_]) -> Resolved:
         radar = self.model.radar
-        across = radar.ranges * np.radians(self.width)
+        across = radar.ranges * np.radians(self.echo.width)
         gain = np.broadcast_to(self.model.rise_sign, heights.gain.shape) * heights.gain
         return resolve(residual, spread, gain, known, radar.spacing, across, *self.others())
 

@@ -23,10 +23,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import from_db
-from ...errors import SchemaError
-from ...settings import RetrievalSettings
-from ..input.description import RadarDescription
+from ..conventions import from_db
+from ..errors import SchemaError
+from ..settings import RetrievalSettings
+from .description import RadarDescription
 from .dwells import Dwells
 from .products import (
     Products,
@@ -67,7 +67,7 @@ class Channel:
         return 2.0 * recorded / (1.0 + abs(self.ratio) ** 2)
 
 
-def crossing(
+def cross_path_products(
     heard: NDArray[np.bool_],
     transmitter: NDArray[np.integer],
     antennas: tuple[int, int],
@@ -249,7 +249,7 @@ class DwellSums:
                 )
         cross = []
         if settings.channels == "from_cross_paths":
-            cross = crossing(paired.heard, transmitter, antennas, time, radar.interval, receivers)
+            cross = cross_path_products(paired.heard, transmitter, antennas, time, radar.interval, receivers)
         kinds: list[list[Products]] = []
         for paths, each in by_paths.items():
             level = half_turns(levels[paths]) if levels else None

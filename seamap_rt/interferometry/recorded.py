@@ -19,13 +19,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from ...conventions import SPEED_OF_LIGHT
-from ...dataset import QUALITY_FLAGS, build
-from ...errors import InputError
-from ...io.recorded import pairs_of, read_recording
-from ...io.recording_header import PRF_HZ, Header, RecordingHeader, read_header
-from ...radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
-from .turns import Turns, turns_of
+from ..conventions import SPEED_OF_LIGHT
+from ..dataset import QUALITY_FLAGS, build
+from ..errors import InputError
+from ..io.recorded import pairs_of, read_recording
+from ..io.recording_header import PRF_HZ, Header, RecordingHeader, read_header
+from ..radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
+from .recorded_turns import Turns, turns_of
 
 Array = NDArray[np.float64]
 Sensed = ArrayLike | tuple[ArrayLike, ArrayLike]  # (pulse, 3), or times (n,) s and readings (n, 3)

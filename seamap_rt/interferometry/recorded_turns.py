@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...conventions import wrap_degrees
-from ...errors import InputError
-from ...io.recording_header import RecordingHeader
+from ..conventions import wrap_degrees
+from ..errors import InputError
+from ..io.recording_header import RecordingHeader
 
 Array = NDArray[np.float64]
 

@@ -22,18 +22,18 @@ import numpy as np
 import xarray as xr
 import zarr
 
-from ...conventions import turn_name
-from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
-from ...errors import InputError, SchemaError, must_be
-from ...io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
-from ...io.opening import bytes_held, check_store, weigh
-from ...io.process import filter_asyncio_log
-from ...io.text import plain_attribute, rounded_up
-from ...io.validation import validate
-from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
-from ...radar.receiver import comparing_pulses
-from ...settings import RetrievalSettings
-from ...settings.radar import FARTHEST_M
+from ..conventions import turn_name
+from ..dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
+from ..errors import InputError, SchemaError, must_be
+from ..io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
+from ..io.opening import bytes_held, check_store, weigh
+from ..io.process import filter_asyncio_log
+from ..io.text import plain_attribute, rounded_up
+from ..io.validation import validate
+from ..radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
+from ..radar.receiver import comparing_pulses
+from ..settings import RetrievalSettings
+from ..settings.radar import FARTHEST_M
 from .description import RadarDescription
 
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once

@@ -13,124 +13,156 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled, compiled_step
-from ...compute.machine import in_blocks
+from ..compute.compiled import compiled, compiled_step
+from ..compute.machine import in_blocks
+
+_MARGIN = 8  # gates, of which the margins are multiples
+_GROUP = 32  # gates: loops over whole groups leave no remainder to be gone through one by one
 
 
 class Cells(NamedTuple):
-    """A covariance whose unknown cells are 0."""
+    """A covariance, 0 where it is unknown, with a margin of unknown cells before the first gate and after the last."""
 
-    fields: NDArray[np.float64]  # (4, look, gate) real and imaginary part of the cross product, both powers
-    known: NDArray[np.float64]  # (look, gate) 1 or 0
+    fields: NDArray[np.float64]  # (4, look, margin + lane + margin) real and imaginary part, both powers
+    known: NDArray[np.float64]  # (look, the same) 1 or 0
 
 
 class Phasors(NamedTuple):
-    """What turns a neighbour's phase on to the cell's; real and imaginary parts."""
+    """What turns a neighbour's phase on to the cell's; real and imaginary parts. Lanes: the gates, to whole groups."""
 
-    per_gate: NDArray[np.float64]  # (part, look or 1, gate)
-    per_look: NDArray[np.float64]  # (part, look or 1, gate)
-    level: NDArray[np.float64]  # (part, offset, look, gate) of the sea so many gates on, as seen from the cell; or none
+    per_gate: NDArray[np.float64]  # (part, look or 1, lane)
+    per_look: NDArray[np.float64]  # (part, look or 1, lane)
+    level: NDArray[np.float64]  # (part, offset, look, lane) of the sea so many gates on, as seen from the cell; or none
 
 
 @compiled
 def window_means(begin, end, cells, range_weights, look_weights, phasors, means):
     """Fill looks begin … end of the means (4, look, gate) of the fields, NaN of unknown cells; of a window that shrinks
     on both sides alike at edges and beside unknown cells."""
-    (fields, known), (looks, gates) = cells, cells.known.shape
-    half_range, half_look = range_weights.size // 2, look_weights.size // 2
-    phasor, total, level = np.empty((2, gates)), np.empty(gates), phasors.level
+    (fields, known), level, looks = cells, phasors.level, len(cells.known)
+    half_range, half_look, lanes = range_weights.size // 2, look_weights.size // 2, phasors.per_gate.shape[2]
+    margin, sums, total, share = (known.shape[1] - lanes) // 2, np.empty((4, lanes)), np.empty(lanes), np.empty(lanes)
+    real, imaginary, beside, aside = np.empty(lanes), np.empty(lanes), np.empty(lanes), np.empty(lanes)
     for look in range(begin, end):
-        means[:, look], total[:] = 0.0, 0.0
-        per_gate = phasors.per_gate[:, look % phasors.per_gate.shape[1]]
-        per_look = phasors.per_look[:, look % phasors.per_look.shape[1]]
+        gate_look, look_look = look % phasors.per_gate.shape[1], look % phasors.per_look.shape[1]
+        cosine, sine = phasors.per_gate[0, gate_look], phasors.per_gate[1, gate_look]
         reach = min(half_look, look, looks - 1 - look)
+        sums[:], total[:] = 0.0, 0.0
         for n in range(-reach, reach + 1):
-            row, opposite = look + n, look - n
-            phasor[0], phasor[1] = 1.0, 0.0
-            for _ in range(abs(n)):
-                _rotate(phasor, per_look, 1.0 if n > 0 else -1.0)
+            row, real[:], imaginary[:] = look + n, 0.0, 0.0
+            for m in range(half_range, -half_range - 1, -1):  # by Horner's rule: what is there is turned gate by gate
+                there, back = margin + m, margin - m
+                weight = range_weights[m + half_range] * look_weights[n + half_look]
+                _share(weight, known[row, there : there + lanes], known[look - n, back : back + lanes], share, total)
+                first, second = fields[0, row, there : there + lanes], fields[1, row, there : there + lanes]
+                if level.shape[1] > 0:
+                    offset = m + half_range
+                    beside[:], aside[:] = first, second
+                    _turn(beside, aside, level[0, offset, look], level[1, offset, look], 1.0)
+                    first, second = beside, aside
+                _turn(real, imaginary, cosine, sine, 1.0)
+                _add(share, first, real)
+                _add(share, second, imaginary)
+                for power in range(2, 4):
+                    _add(share, fields[power, row, there : there + lanes], sums[power])
             for _ in range(half_range):
-                _rotate(phasor, per_gate, -1.0)
-            for m in range(-half_range, half_range + 1):
-                weight, offset = range_weights[m + half_range] * look_weights[n + half_look], m + half_range
-                away, shift = np.uint64(abs(m)), np.uint64(abs(m) + m)  # unsigned: what may be negative is slow
-                for gate in range(np.uint64(max(0, gates - 2 * abs(m)))):
-                    here, there, back = gate + away, gate + shift, gate + away + away - shift
-                    share = weight * (known[row, there] * known[opposite, back])
-                    cosine, sine = phasor[0, here], phasor[1, here]
-                    if level.shape[1] > 0:
-                        real, imaginary = level[0, offset, look, here], level[1, offset, look, here]
-                        cosine, sine = cosine * real - sine * imaginary, cosine * imaginary + sine * real
-                    real, imaginary = fields[0, row, there], fields[1, row, there]
-                    means[0, look, here] += share * (real * cosine - imaginary * sine)
-                    means[1, look, here] += share * (real * sine + imaginary * cosine)
-                    means[2, look, here] += share * fields[2, row, there]
-                    means[3, look, here] += share * fields[3, row, there]
-                    total[here] += share
-                _rotate(phasor, per_gate, 1.0)
-        _divide(known[look], total, means[:, look])
+                _turn(real, imaginary, cosine, sine, -1.0)
+            for _ in range(abs(n)):
+                sense = 1.0 if n > 0 else -1.0
+                _turn(real, imaginary, phasors.per_look[0, look_look], phasors.per_look[1, look_look], sense)
+            sums[0] += real
+            sums[1] += imaginary
+        _divide(known[look, margin:], total, sums, look, means)
 
 
 @compiled
 def window_means_as_they_are(begin, end, cells, range_weights, look_weights, means):
     """The same without turning any phase, over all cells of the window that are known, whatever lies opposite."""
-    (fields, known), (looks, gates) = cells, cells.known.shape
-    half_range, half_look = range_weights.size // 2, look_weights.size // 2
-    total = np.empty(gates)
+    (fields, known), looks = cells, len(cells.known)
+    half_range, half_look, lanes = range_weights.size // 2, look_weights.size // 2, _lanes(means.shape[2])
+    margin, sums, total = (known.shape[1] - lanes) // 2, np.empty((4, lanes)), np.empty(lanes)
     for look in range(begin, end):
-        means[:, look], total[:] = 0.0, 0.0
-        for n in range(max(-half_look, -look), min(half_look, looks - 1 - look) + 1):
+        sums[:], total[:] = 0.0, 0.0
+        for row in range(max(0, look - half_look), min(looks, look + half_look + 1)):
             for m in range(-half_range, half_range + 1):
-                weight = range_weights[m + half_range] * look_weights[n + half_look]
-                first, shift, row = np.uint64(max(0, -m)), np.uint64(max(0, m)), look + n
-                inside = np.uint64(max(0, gates - abs(m)))
+                weight = range_weights[m + half_range] * look_weights[row - look + half_look]
+                there = margin + m
                 for field in range(4):
-                    for gate in range(inside):
-                        means[field, look, gate + first] += weight * fields[field, row, gate + shift]
-                for gate in range(inside):
-                    total[gate + first] += weight * known[row, gate + shift]
-        _divide(known[look], total, means[:, look])
+                    _add_weighted(weight, fields[field, row, there : there + lanes], sums[field])
+                _add_weighted(weight, known[row, there : there + lanes], total)
+        _divide(known[look, margin:], total, sums, look, means)
 
 
 @compiled
-def window_powers(begin, end, power, known, range_weights, look_weights, means):
-    """Fill looks begin … end of means (look, gate) of a power, 0 where it is not known, over such a window as
-    `window_means` has."""
-    looks, gates = known.shape
-    half_range, half_look = range_weights.size // 2, look_weights.size // 2
-    total = np.empty(gates)
+def window_powers(begin, end, cells, range_weights, look_weights, means):
+    """Fill looks begin … end of means (1, look, gate) of the mean of both powers over such a window as `window_means`
+    has."""
+    (fields, known), looks = cells, len(cells.known)
+    half_range, half_look, lanes = range_weights.size // 2, look_weights.size // 2, _lanes(means.shape[2])
+    margin, sums, total, share = (known.shape[1] - lanes) // 2, np.empty((1, lanes)), np.empty(lanes), np.empty(lanes)
     for look in range(begin, end):
-        means[look], total[:] = 0.0, 0.0
+        sums[:], total[:] = 0.0, 0.0
         reach = min(half_look, look, looks - 1 - look)
         for n in range(-reach, reach + 1):
-            row, opposite = look + n, look - n
             for m in range(-half_range, half_range + 1):
+                row, there, back = look + n, margin + m, margin - m
                 weight = range_weights[m + half_range] * look_weights[n + half_look]
-                away, shift = np.uint64(abs(m)), np.uint64(abs(m) + m)
-                for gate in range(np.uint64(max(0, gates - 2 * abs(m)))):
-                    there, back = gate + shift, gate + away + away - shift
-                    share = weight * (known[row, there] * known[opposite, back])
-                    means[look, gate + away] += share * power[row, there]
-                    total[gate + away] += share
-        _divide(known[look], total, means[look : look + 1])
+                _share(weight, known[row, there : there + lanes], known[look - n, back : back + lanes], share, total)
+                lower, upper = fields[2, row, there : there + lanes], fields[3, row, there : there + lanes]
+                _add_mean(share, lower, upper, sums[0])
+        _divide(known[look, margin:], total, sums, look, means)
 
 
 @compiled_step
-def _divide(known, total, sums):
-    """Sums (field, gate) into means; NaN of unknown cells."""
-    for gate in range(total.size):
-        share = known[gate] / (known[gate] * total[gate])
-        for field in range(len(sums)):
-            sums[field, gate] *= share
+def _lanes(gates):
+    """So many gates in whole groups."""
+    return -(-gates // _GROUP) * _GROUP
 
 
 @compiled_step
-def _rotate(phasor, by, sense):
-    """Turn phasors (part, gate) on by others, or back."""
-    for n in range(phasor.shape[1]):
-        cosine, sine = by[0, n], sense * by[1, n]
-        real, imaginary = phasor[0, n], phasor[1, n]
-        phasor[0, n], phasor[1, n] = real * cosine - imaginary * sine, real * sine + imaginary * cosine
+def _share(weight, known, opposite, share, total):
+    """The weight of neighbours that are known, and whose opposites are."""
+    for lane in range(total.size):
+        share[lane] = weight * (known[lane] * opposite[lane])
+        total[lane] += share[lane]
+
+
+@compiled_step
+def _add(share, field, total):
+    for lane in range(total.size):
+        total[lane] += share[lane] * field[lane]
+
+
+@compiled_step
+def _add_mean(share, one, other, total):
+    for lane in range(total.size):
+        total[lane] += share[lane] * (0.5 * (one[lane] + other[lane]))
+
+
+@compiled_step
+def _add_weighted(weight, field, total):
+    for lane in range(total.size):
+        total[lane] += weight * field[lane]
+
+
+@compiled_step
+def _turn(real, imaginary, cosine, sine, sense):
+    """Turn complex numbers on by phasors, or back."""
+    for lane in range(real.size):
+        one, other, turn = real[lane], imaginary[lane], sense * sine[lane]
+        real[lane] = one * cosine[lane] - other * turn
+        imaginary[lane] = one * turn + other * cosine[lane]
+
+
+@compiled_step
+def _divide(known, total, sums, look, means):
+    """A look's sums (field, lane) into means (field, look, gate); NaN of unknown cells."""
+    for lane in range(total.size):
+        total[lane] = known[lane] / (known[lane] * total[lane])
+    for field in range(len(means)):
+        mean, its = means[field, look], sums[field]
+        for gate in range(mean.size):
+            mean[gate] = total[gate] * its[gate]
 
 
 Level = Callable[[int], NDArray[np.float64]]
@@ -145,17 +177,17 @@ class PhaseSlopes:
     per_look: NDArray[np.float64]
     level: Level | None = None
 
-    def phasors(self, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What turns a neighbour's phase back by either (part, look or 1, gate) of a map's shape (look, gate): kept,
-        for windows come in several sizes."""
-        if shape not in self._phasors:
-            phasors = (_phasor(-np.atleast_2d(each)) for each in (self.per_gate, self.per_look))
-            wide = (np.broadcast_to(each, (*each.shape[:2], shape[1])) for each in phasors)
-            self._phasors[shape] = tuple(map(np.ascontiguousarray, wide))
-        return self._phasors[shape]
+    def phasors(self, gates: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What turns a neighbour's phase back by either (part, look or 1, lane) of a map with so many gates: kept, for
+        windows come in several sizes."""
+        if gates not in self._phasors:
+            each = (np.atleast_2d(field) for field in (self.per_gate, self.per_look))
+            wide = (np.broadcast_to(_phasor(-field), (2, len(field), gates)) for field in each)
+            self._phasors[gates] = tuple(map(_in_lanes, wide))
+        return self._phasors[gates]
 
     @cached_property
-    def _phasors(self) -> dict[tuple[int, ...], Any]:
+    def _phasors(self) -> dict[int, Any]:
         return {}
 
 
@@ -187,35 +219,46 @@ class Covariance:
         the window shrinks on both sides alike: half a gate's shift would cost centimetres. The first and the last look
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
-        half, level, cells = range_weights.size // 2, along.level, self._cells
+        (looks, gates), half, level, cells = self.cross.shape, range_weights.size // 2, along.level, self
         beside = np.empty((2, 0, 1, 1))
         if level is not None:
-            beside = _phasor(np.stack([level(gate) for gate in range(-half, half + 1)]))
-            cells = replace(self, cross=self.cross * np.exp(-1j * level(0)))._cells
-        phasors, weights = Phasors(*along.phasors(self.cross.shape), beside), (range_weights, look_weights)
-        means = np.empty(cells.fields.shape)
-        in_blocks(lambda *looks: window_means(*looks, cells, *weights, phasors, means), len(cells.known))
+            beside = _in_lanes(_phasor(np.stack([level(gate) for gate in range(-half, half + 1)])))
+            cells = replace(self, cross=self.cross * np.exp(-1j * level(0)))
+        given, weights = cells._cells(half), (range_weights, look_weights)
+        phasors, means = Phasors(*along.phasors(gates), beside), np.empty((4, looks, gates))
+        in_blocks(lambda *rows: window_means(*rows, given, *weights, phasors, means), looks)
         return _covariance(means)
 
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
         """Means over such a window as they are: no phase is turned, and cells that are not known are left out one by
         one. They stay NaN."""
-        cells, means, weights = self._cells, np.empty((4, *self.cross.shape)), (range_weights, look_weights)
-        in_blocks(lambda *looks: window_means_as_they_are(*looks, cells, *weights, means), len(cells.known))
+        given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
+        weights = range_weights, look_weights
+        in_blocks(lambda *rows: window_means_as_they_are(*rows, given, *weights, means), len(self.cross))
         return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
-        cells, weights = self._cells, (range_weights, look_weights)
-        power, means = cells.fields[2:].mean(axis=0), np.empty(cells.known.shape)
-        in_blocks(lambda *looks: window_powers(*looks, power, cells.known, *weights, means), len(means))
-        return means
+        given, means = self._cells(range_weights.size // 2), np.empty((1, *self.cross.shape))
+        in_blocks(lambda *rows: window_powers(*rows, given, range_weights, look_weights, means), len(self.cross))
+        return means[0]
+
+    def _cells(self, half: int) -> Cells:
+        """For windows that reach `half` gates to either side: kept, for they come in several sizes."""
+        margin = -(-half // _MARGIN) * _MARGIN
+        if margin not in self._kept:
+            looks, gates = self.cross.shape
+            field, known = (np.zeros((*n, looks, 2 * margin + _lanes(gates))) for n in ((4,), ()))
+            here = np.s_[..., margin : margin + gates]
+            known[here] = self.known
+            for mine, part in zip(field, (self.cross.real, self.cross.imag, self.lower, self.upper), strict=True):
+                np.copyto(mine[here], part, where=self.known)
+            self._kept[margin] = Cells(field, known)
+        return self._kept[margin]
 
     @cached_property
-    def _cells(self) -> Cells:
-        """Kept, for windows come in several sizes."""
-        parts = self.cross.real, self.cross.imag, self.lower, self.upper
-        return Cells(np.where(self.known, np.stack(parts), 0.0), self.known.astype(np.float64))
+    def _kept(self) -> dict[int, Cells]:
+        return {}
 
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
@@ -237,6 +280,13 @@ def complex_of(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDA
     made = np.empty(real.shape, dtype=np.complex128)
     made.real, made.imag = real, imaginary
     return made
+
+
+def _in_lanes(field: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A field (…, gate) with zeros behind it, to whole groups."""
+    wide = np.zeros((*field.shape[:-1], _lanes(field.shape[-1])))
+    wide[..., : field.shape[-1]] = field
+    return wide
 
 
 def _phasor(phase: NDArray[np.float64]) -> NDArray[np.float64]:
