@@ -18,14 +18,13 @@ from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
 from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
 from ..report import style
-from . import drawing
-from .curve_panels import range_pictures
+from . import jobs
 from .draft import flat
+from .figures import MapPanels, Panel, Scale, ground_raster
 from .maps_panel import MapsPanel
-from .pictures import MapPanels, Panel, Scale, ground_raster
-from .results import Results
+from .panels import range_pictures
+from .results import Results, Source
 from .runs import find_runs
-from .views import Source
 from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
 if TYPE_CHECKING:
@@ -363,7 +362,7 @@ class CompareView:
         turn = min(int(self._slider.value or 1), count) - 1
         key = (*names, self.page.dark)
         whole = key != self._shown
-        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
+        made = await jobs.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
         self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
         self._body.set_visibility(True)
         count_on(self._slider, count)

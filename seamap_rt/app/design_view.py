@@ -15,7 +15,7 @@ from . import figures
 from .draft import MOST_TOML, Draft
 from .figures import Figure
 from .form import Form
-from .safety import safe_name
+from .serving import safe_name
 from .uploads import save_upload
 from .widgets import choice, flat_button, number, round_button, tile
 

@@ -17,7 +17,7 @@ from ..io.text import toml_value
 from ..io.validation import without
 from ..report.keys import label_of, section_label, shown_unit, shown_value
 from ..scene import Scene, anchored, scene_of
-from .safety import Roots
+from .serving import Roots
 
 Schema = Mapping[str, Any]
 

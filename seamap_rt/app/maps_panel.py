@@ -12,7 +12,7 @@ from nicegui import events, ui
 from numpy.typing import NDArray
 
 from . import figures
-from .pictures import MapPanels, Panel, Raster
+from .figures import MapPanels, Panel, Raster
 
 Array = NDArray[np.floating]
 

@@ -14,7 +14,7 @@ from nicegui import ui
 from ..io.scenefile import list_shipped
 from .jobs import Queue
 from .runs import kind_of
-from .safety import Roots
+from .serving import Roots
 
 if TYPE_CHECKING:
     from ..scene import Scene

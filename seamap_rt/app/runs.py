@@ -7,7 +7,6 @@ import os
 import time
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -22,7 +21,8 @@ from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
 from ..session.pace import duration
 from .jobs import Job
-from .safety import is_text, unreadable_product
+from .serving import is_text, unreadable_product
+from .uploads import RecordingsPanel
 from .widgets import flat_button, round_button
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ class RunsView:
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
         self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
-        self._recordings: Any = None
+        self._recordings: RecordingsPanel | None = None
         self._recorded = ui.expansion("Recorded echoes", on_value_change=self._opened)
         self._recorded.classes("w-full section").props("dense").mark("recordings")
         with ui.row().classes("w-full items-center"):
@@ -200,16 +200,13 @@ class RunsView:
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
-    async def _opened(self, event: Any) -> None:
-        """What takes recordings, which is loaded when it is first wanted."""
-        if not event.value:
-            return
-        module = await asyncio.to_thread(import_module, "seamap_rt.app.recordings_view")
-        if self._recordings is None:
-            with self._recorded:
-                self._recordings = module.RecordingsPanel(self.page)
-        else:
+    def _opened(self, event: Any) -> None:
+        """What takes recordings, made when it is first wanted."""
+        if event.value and self._recordings is not None:
             self._recordings.fill()
+        elif event.value:
+            with self._recorded:
+                self._recordings = RecordingsPanel(self.page)
 
     async def enter_async(self) -> None:
         self._look()

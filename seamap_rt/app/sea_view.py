@@ -21,8 +21,8 @@ from scipy.ndimage import map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
-from . import drawing, figures
-from .views import Source
+from . import figures, jobs
+from .results import Source
 from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
@@ -224,7 +224,7 @@ class SeaPanel:
         retrieved = bool(self._retrieved.value)
         if mast:
             azimuth = float(self._look.value or 0.0)
-            made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
+            made = await jobs.slow(from_mast, source, turn, retrieved, azimuth)
             self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
@@ -232,9 +232,7 @@ class SeaPanel:
                 + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
             )
             return
-        self.plot.update_figure(
-            await drawing.slow(sea_figure, source, turn, retrieved, self._camera, self.view.page.dark)
-        )
+        self.plot.update_figure(await jobs.slow(sea_figure, source, turn, retrieved, self._camera, self.view.page.dark))
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "
             + ("Dark: hidden from the antennas behind crests. " if source.results.has_truth else "")

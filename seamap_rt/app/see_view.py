@@ -15,12 +15,11 @@ from nicegui import ui
 
 from ..conventions import turn_name
 from ..errors import InputError
-from . import drawing
+from . import jobs
+from .figures import MapPanels
 from .maps_panel import MapsPanel
-from .pictures import MapPanels
-from .results import Results
+from .results import MAP_VIEWS, Results, Source
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
-from .views import MAP_VIEWS, Source
 from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
@@ -265,7 +264,7 @@ class SeeView:
     async def _draw_turn(self, source: Source, view: str, turn: int) -> None:
         when = await asyncio.to_thread(source.results.time, turn)
         if view in MAP_VIEWS:
-            self._show_maps(await drawing.quick(Source.view, source, view, turn), view)
+            self._show_maps(await jobs.quick(Source.view, source, view, turn), view)
         else:
             await self._show_curves(source, view, turn)
         self._name_turn(f" · {when:.1f} s")
@@ -367,19 +366,19 @@ class SeeView:
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
-        from .curve_panels import turn_csv
+        from .panels import turn_csv
 
         if self.source is not None:
             name = self._file("csv")
-            ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
+            ui.download.content(await jobs.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
-        from .curve_panels import turn_png
+        from .panels import turn_png
 
         if self.source is not None:
             name = self._file("png")
             self._say.set_text("drawing …")
-            made = await drawing.slow(turn_png, self.source, self.tab.turn)
+            made = await jobs.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
                 ui.download.content(made, name)
@@ -391,15 +390,15 @@ def _opened(folder: Path) -> Source | None:
 
 
 _PANELS = {  # and what shows them: loaded when a view is first chosen
-    "section": ("curve_panels", "SectionPanel"),
-    "range": ("curve_panels", "RangePanel"),
-    "state": ("curve_panels", "StatePanel"),
-    "gauges": ("study_views", "GaugePanel"),
+    "section": ("panels", "SectionPanel"),
+    "range": ("panels", "RangePanel"),
+    "state": ("panels", "StatePanel"),
+    "gauges": ("panels", "GaugePanel"),
     "forecast": ("forecast_view", "ForecastPanel"),
     "sea": ("sea_view", "SeaPanel"),
 }
 _STUDIES = {  # kinds of folders without turns, and what shows them
-    "shadowing": ("study_views", "ShadowingPanel"),
-    "sea": ("study_views", "PicturedPanel"),
+    "shadowing": ("panels", "ShadowingPanel"),
+    "sea": ("panels", "PicturedPanel"),
     "forecast": ("forecast_view", "IssuesPanel"),
 }

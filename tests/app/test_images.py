@@ -17,11 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image as Opened
 
-from seamap_rt.app.curve_panels import range_pictures
 from seamap_rt.app.forecast_view import read_ahead, verify_folder
-from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import read_gauges, read_shadowing
-from seamap_rt.app.views import Source
+from seamap_rt.app.panels import range_pictures, read_gauges, read_shadowing
+from seamap_rt.app.results import Results, Source
 from seamap_rt.app.widgets import draw_images
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import (
