@@ -300,7 +300,7 @@ class CompareView:
             with ui.row().classes("w-full items-center no-wrap gap-2"):
                 self._turn = ui.label("Turn").classes("text-sm figure-value whitespace-nowrap")
                 self._slider = slider("Turn", "compared-turn", self._redraw)
-            self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
+            self._maps = MapsPanel(page, lambda *_: None)
             self._images = Images(columns=True)
         self._body.set_visibility(False)
 
@@ -327,12 +327,16 @@ class CompareView:
         await self._draw()
 
     def _chosen(self, index: int, name: str | None) -> None:
-        if name and not self._filling:
-            if index == 0:
-                self.tab.run = name
-            else:
-                self.tab.other = name
-            self._redraw()
+        if not name or self._filling:
+            return
+        if name == (self.tab.other, self.tab.run)[index]:  # the other one: they change places
+            self._swap()
+            return
+        if index == 0:
+            self.tab.run = name
+        else:
+            self.tab.other = name
+        self._redraw()
 
     def _swap(self) -> None:
         self.tab.run, self.tab.other = self.tab.other, self.tab.run
@@ -363,7 +367,7 @@ class CompareView:
         key = (*names, self.page.dark)
         whole = key != self._shown
         made = await jobs.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
-        self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
+        self._said.set_text(made.differ)
         self._body.set_visibility(True)
         count_on(self._slider, count)
         self._turn.set_text(turn_name(turn, count))

@@ -129,6 +129,11 @@ def layout(dark: bool, title: str = "", height: int = 260, **more: Any) -> Figur
     }
 
 
+def nothing(dark: bool) -> Figure:
+    """Before anything is drawn."""
+    return figure([], layout(dark, xaxis={"visible": False}, yaxis={"visible": False}), CONFIG)
+
+
 def figure(data: Sequence[Figure], look: Figure, config: Figure = QUIET_CONFIG) -> Figure:
     """A whole graph, as `ui.plotly` takes it."""
     return {"data": list(data), "layout": look, "config": config}

@@ -165,7 +165,7 @@ class SectionPanel:
             ui.label("Look").classes("text-sm")
             turned = lambda e: view.set_azimuth(float(e.value or 0.0))  # noqa: E731
             self.slider = slider("Azimuth of the look", "azimuth", turned, 0, 359, round(view.azimuth) % 360)
-        self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full")
+        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full")
         self.plot.mark("section")
 
     async def show(self, source: Source, turn: int) -> None:

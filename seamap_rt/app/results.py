@@ -296,8 +296,9 @@ class Source:
         pairs = {to: self._both(f"ground/{name}", index) for name, to in (("slope_x", "east"), ("slope_y", "north"))}
         true, retrieved = ([pair[i] for pair in pairs.values() if pair[i] is not None] for i in (0, 1))
         self._scale("slope", lambda: _signed(np.stack(true or retrieved), np.stack(retrieved or true), "slope"))  # type: ignore[arg-type]
-        panels = [each for to, pair in pairs.items() for each in self._pair(f"slope to {to}", "slope", *pair, digits=3)]
+        panels: Panels = []
         for to, (t, r) in pairs.items():
+            panels += self._pair(f"slope to {to}", "slope", t, r, digits=3)
             if t is not None and r is not None:
                 wrong = self._scale(f"error {to}", lambda e=r - t: _errors(e, "Error", style.SLOPE_COLOURS))
                 panels.append((Panel(f"Error to {to}", wrong, 3), r - t))

@@ -17,7 +17,7 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
@@ -148,33 +148,42 @@ def _sky(toward: Array, to_sun: Array) -> Array:
     return _LOW_SKY + (_HIGH_SKY - _LOW_SKY) * high + 0.12 * about * _SUN
 
 
-_MOST = 101  # points a side
+_MOST = 141  # points a side
+_AROUND = 1.3  # of the distance up to which nearly all heights lie
 _DARKENED = 0.45  # of a colour in the shadow
+_SOFT = 0.7  # points: of the shadow's edge
 _EXAGGERATED = 3.0  # heights, but for those that are seen from the mast
 _SUN_FROM_DEG = 225.0
 _VIEWS = {"above": "From above", "side": "From the side", "mast": "From the mast"}
 
 
 def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, NDArray, NDArray, NDArray, float]:
-    """East (x,), north (y,), height (y, x) [m], whether in sight (y, x), and the half span of the heights."""
-    step = max(1, -(-max(source.layout.x.size, source.layout.y.size) // _MOST))
-    x, y = source.layout.x[::step], source.layout.y[::step]
+    """East (x,), north (y,), height (y, x) [m], share in sight (y, x), and the half span of the heights.
+
+    Of the sea about the part that was measured.
+    """
+    distance = np.hypot(*np.meshgrid(source.layout.x, source.layout.y))
+    seen = source.seen(turn)
+    if source.results.has_maps:
+        known = np.isfinite(source.results.field("maps/ground/height", turn))
+        seen &= distance <= (_AROUND * np.quantile(distance[known], 0.95) if known.any() else np.inf)
+    step = max(1, -(-int(max(seen.any(axis=0).sum(), seen.any(axis=1).sum())) // _MOST))
+    x, y, seen = source.layout.x[::step], source.layout.y[::step], seen[::step, ::step]
     mapped = source.results.has_maps
     name = "maps/ground/height" if mapped and (retrieved or not source.results.has_truth) else "truth/ground/height"
     height = source.results.field(name, turn)[::step, ::step].astype(np.float64)
-    seen = source.seen(turn)[::step, ::step]
     height = np.where(seen, height, np.nan)
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     down, along = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     x, y, height = x[along], y[down], height[down, along]
-    lit = np.ones(height.shape, dtype=bool)
+    lit = np.ones(height.shape)
     if source.results.has_truth:
         lit = _in_sight(source, turn, x, y)
     limit = float(np.nanquantile(np.abs(height), 0.995)) if np.isfinite(height).any() else 1.0
     return x, y, height, lit, max(limit, 0.05)
 
 
-def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> NDArray[np.bool_]:
+def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> Array:
     visible = source.results.field("truth/polar/visible_fraction", turn)
     east, north = np.meshgrid(x, y)
     bearing = np.degrees(np.arctan2(east, north))
@@ -183,7 +192,7 @@ def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> NDArray[np.b
     ring = (looks % 360.0)[order]
     look = order[np.searchsorted(ring, bearing % 360.0) % ring.size]
     gate = np.clip(np.searchsorted(source.ground_m, np.hypot(east, north)), 0, source.ground_m.size - 1)
-    return visible[look, gate] > 0.5
+    return gaussian_filter(np.nan_to_num(visible[look, gate]).astype(np.float64), _SOFT)
 
 
 class SeaPanel:
@@ -197,7 +206,7 @@ class SeaPanel:
             toggle = ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
             toggle.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
-        self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full").mark("sea-3d")
+        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
             self._picture.props('alt="The sea as one sees it from the mast"')
@@ -305,7 +314,7 @@ def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) ->
     return mast_picture(height, source.layout.x, source.layout.y, known, max(source.height_m, 1.0), azimuth_deg)
 
 
-def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: NDArray[np.bool_], limit: float) -> figures.Figure:
+def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> figures.Figure:
     """Two triangles a cell. Each point has the colour of its height, as bright as the sun makes it, and dark where it
     is hidden from the antennas."""
     rows, columns = height.shape
@@ -315,7 +324,7 @@ def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: NDArray[np.bool_], limit
     flat = height.ravel()
     corners = corners[np.isfinite(flat[corners]).all(axis=1)]
     share = np.clip(np.nan_to_num(flat) / (2.0 * limit) + 0.5, 0.0, 1.0)
-    bright = lambert(height, x, y, sun(_SUN_FROM_DEG), _EXAGGERATED) * np.where(lit, 1.0, _DARKENED)
+    bright = lambert(height, x, y, sun(_SUN_FROM_DEG), _EXAGGERATED) * (_DARKENED + (1.0 - _DARKENED) * lit)
     bright = np.clip(bright / lambert(np.zeros((2, 2)), x[:2], y[:2], sun(_SUN_FROM_DEG))[0, 0], 0.0, 1.35)
     colour = np.clip(mpl.colormaps[style.HEIGHT_COLOURS](share)[:, :3] * bright.reshape(-1, 1), 0.0, 1.0)
     levels = np.rint(255.0 * colour).astype(int)

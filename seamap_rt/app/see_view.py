@@ -63,7 +63,7 @@ class SeeView:
         drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
         with ui.column().classes("w-full min-w-0") as self._stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
-                self.maps = MapsPanel(page.width, page.dark, self._cut)
+                self.maps = MapsPanel(page, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
         self.easel = Canvas(grey_of(drawn, self._stage))
