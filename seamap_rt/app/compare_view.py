@@ -194,12 +194,18 @@ def in_words(verdicts: Sequence[RangeVerdict]) -> str:
     """What is better where, in a line or two."""
     first, *ranges = verdicts
     words = {"▲ B better": "B better", "▼ B worse": "B worse"}.get(first.verdict, "no difference beyond chance")
-    by = "" if not np.isfinite(first.chance) else f"; chance alone makes {100.0 * (first.chance - 1.0):.0f} %"
+    by = "" if not np.isfinite(first.chance) else f"; chance alone makes {_chance_in_words(first.chance)}"
     line = f"{_span(first)}: {words} (A {first.first:.3f} m, B {first.second:.3f} m rms{by})."
     for verdict, name in (("▲ B better", "better"), ("▼ B worse", "worse")):
         held = [_span(each) for each in ranges if each.verdict == verdict]
         line += f" B is {name} at {', '.join(held)}." if held else ""
     return line
+
+
+def _chance_in_words(factor: float) -> str:
+    if not np.isfinite(factor):
+        return "—"
+    return "more than 300 %" if factor > 4.0 else f"{100.0 * (factor - 1.0):.0f} %"
 
 
 def _span(judged: RangeVerdict) -> str:
@@ -400,7 +406,7 @@ class CompareView:
             {
                 "range": f"{each.range_m[0]:.0f}–{each.range_m[1]:.0f}",
                 "a": number(each.first, 3), "b": number(each.second, 3), "verdict": each.verdict,
-                "chance": f"{100.0 * (each.chance - 1.0):.0f} %" if np.isfinite(each.chance) else "—",
+                "chance": _chance_in_words(each.chance),
             }
             for each in judged
         ]  # fmt: skip

@@ -30,10 +30,6 @@ CONFIG: Figure = {
 }
 QUIET_CONFIG: Figure = {"displayModeBar": False, "responsive": True}
 
-# Those of `report.style`, which takes a second to load.
-BLUE, VERMILION, GREEN, SKY, ORANGE, PURPLE = "#0072b2", "#d55e00", "#009e73", "#56b4e9", "#e69f00", "#cc79a7"
-GREY = "#767676"
-
 
 def ink(dark: bool) -> str:
     """Of text and main lines."""

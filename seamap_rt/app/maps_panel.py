@@ -119,7 +119,7 @@ class MapsPanel:
         notes = []
         for i, panel in enumerate(self._panels):
             column, row = i % columns, i // columns
-            left = column / columns + (_BETWEEN / inner if column else 0.0)
+            left = column * (drawn + _BAR + _BETWEEN) / inner
             right = left + drawn / inner
             top = 1.0 - (row * row_high + _TITLE) / whole
             bottom = 1.0 - (row + 1) * row_high / whole

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -190,8 +191,8 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     if np.isfinite(section.retrieved).any():
         low, high = section.low[order], section.high[order]
         data = [
-            *figures.band(placed, low, high, "± 1.96 stated errors", figures.VERMILION, 0.2),
-            figures.line(placed, section.retrieved[order], "retrieved", figures.VERMILION),
+            *figures.band(placed, low, high, "± 1.96 stated errors", style.VERMILION, 0.2),
+            figures.line(placed, section.retrieved[order], "retrieved", style.VERMILION),
         ]
     if np.isfinite(section.true).any():
         data.insert(0, figures.line(ground, section.true, "true", figures.ink(dark)))
@@ -199,11 +200,11 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     for x, y in section.rays():
         data.append({
             "type": "scatter", "mode": "lines", "x": [0.0, x], "y": [section.antenna_m, y], "hoverinfo": "skip",
-            "showlegend": False, "line": {"color": figures.ORANGE, "width": 0.7},
+            "showlegend": False, "line": {"color": style.ORANGE, "width": 0.7},
         })  # fmt: skip
     data.append({
         "type": "scatter", "mode": "markers", "x": [0.0], "y": [section.antenna_m], "name": "antenna and its rays",
-        "marker": {"symbol": "triangle-up", "size": 11, "color": figures.ORANGE},
+        "marker": {"symbol": "triangle-up", "size": 11, "color": style.ORANGE},
     })  # fmt: skip
     shadows = [
         {
@@ -221,20 +222,59 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     return figures.figure(data, look, figures.CONFIG)
 
 
-class RangePanel:
-    """Error and visibility against range."""
+class Told(NamedTuple):
+    """What a view says: a line, images, figures under their words, and of which things which one was chosen."""
 
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
+    words: str
+    images: Sequence[Image] = ()
+    figures: Sequence[tuple[str, str]] = ()
+    choices: Mapping[str, str] = {}
+    chosen: str | None = None
+
+
+class FiguresPanel:
+    """Figures of the report. draw: gives `Told` of a source and a turn, or of a folder, with what is chosen and whether
+    the page is dark. label: of the choice."""
+
+    def __init__(self, view: SeeView, draw: Callable[..., Told], label: str = "") -> None:
+        self._view, self._draw, self._filling = view, draw, False
+        self._of: tuple[Any, ...] = ()
+        self._said = ui.label().props("role=status").mark("view-words")
+        self._choice = choice(label, "view-choice", on_change=self._chosen)
+        self._choice.set_visibility(False)
         self._images = Images(columns=True)
+        self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4")
 
-    async def show(self, source: Source, turn: int) -> None:
-        self._images.show(await jobs.slow(by_range_of, source, turn, self.view.page.dark))
+    async def show(self, *of: Any) -> None:
+        """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
+        self._of = of
+        told = await jobs.slow(self._draw, *of, self._choice.value, self._view.page.dark)
+        self._said.set_text(told.words)
+        self._filling = True
+        self._choice.set_options(dict(told.choices), value=told.chosen)
+        self._filling = False
+        self._choice.set_visibility(bool(told.choices))
+        self._images.show(told.images)
+        self._tiles.clear()
+        with self._tiles:
+            for words, figure in told.figures:
+                with tile(words)[1]:
+                    ui.label(figure).classes("font-bold figure-value")
+
+    show_folder = show
+
+    def _chosen(self) -> None:
+        if self._filling:
+            return
+        if len(self._of) == 1:
+            self._view.draw_beside(self.show(*self._of), self._of[0].name)
+        else:
+            self._view.redraw()
 
 
-def by_range_of(source: Source, turn: int, dark: bool) -> list[Image]:
+def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Told:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
+    return Told("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
 
 
 def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -382,20 +422,13 @@ def _read(file: GrowingFile) -> xr.Dataset:
     return xr.Dataset(variables, coordinates)
 
 
-class GaugeView(NamedTuple):
-    """Of one gauge up to a turn, and what gauges there are."""
-
-    names: list[str]
-    name: str
-    place: str
-    images: list[Image]
-    judged: dict[str, Any]
-
-
-def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> GaugeView | None:
-    """What there is up to a turn of the gauge that is chosen, else of the first; None of a run without gauges."""
+def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Told:
+    """What there is up to a turn of the gauge that is chosen, else of the first."""
     if not has_gauges(source.results):
-        return None
+        return Told(
+            "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it stands, "
+            "and run the design: its record of the surface is held against the map there."
+        )
     read = read_gauges(source.results)
     names = [str(each) for each in read["gauge"].values]
     name = chosen if chosen in names else names[0]
@@ -403,50 +436,13 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Gau
     east, north = (float(gauge[each]) for each in ("east", "north"))
     place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
     picture = gauge_picture(names.index(name), name, gauge, source.results.turns()[turn])
-    return GaugeView(names, name, place, draw_images([replace(picture, name="gauge")], dark), judge_one(gauge))
-
-
-class GaugePanel:
-    """One gauge at a time."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        self._filling = False
-        self._said = ui.label().classes("text-sm").props("role=status").mark("gauge-words")
-        with ui.column().classes("w-full min-w-0 gap-2") as self._body:
-            self._choice = choice("Wave gauge", "gauge", on_change=self._chosen)
-            self._images = Images()
-            self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("gauge-tiles")
-        self._body.set_visibility(False)
-
-    async def show(self, source: Source, turn: int) -> None:
-        """What there is up to now, with the turn marked."""
-        told = await jobs.slow(view_gauge, source, turn, self._choice.value, self.view.page.dark)
-        self._body.set_visibility(told is not None)
-        if told is None:
-            self._said.set_text(
-                "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it "
-                "stands, and run the design: its record of the surface is held against the map there."
-            )
-            return
-        self._filling = True
-        self._choice.set_options({each: each for each in told.names}, value=told.name)
-        self._filling = False
-        self._said.set_text(told.place)
-        self._images.show(told.images)
-        self._fill(told.judged)
-
-    def _chosen(self) -> None:
-        if not self._filling:
-            self.view.redraw()
-
-    def _fill(self, told: dict[str, Any]) -> None:
-        self._tiles.clear()
-        with self._tiles:
-            for key, words, unit, digits in _FIGURES:
-                value = float(told[key]) * (100.0 if unit == "%" else 1.0)
-                with tile(words)[1]:
-                    ui.label(f"{number(value, digits)} {unit}".strip()).classes("font-bold figure-value")
+    judged, figures = judge_one(gauge), []
+    for key, words, unit, digits in _FIGURES:
+        value = float(judged[key]) * (100.0 if unit == "%" else 1.0)
+        figures.append((words, f"{number(value, digits)} {unit}".strip()))
+    return Told(
+        place, draw_images([replace(picture, name="gauge")], dark), figures, {each: each for each in names}, name
+    )
 
 
 PICTURES = {  # that the sea on file has, with what they show
@@ -465,30 +461,9 @@ def read_shadowing(folder: Path) -> xr.Dataset:
         return load(opened, path.name, path)
 
 
-class ShadowingPanel:
-    """One study; the look is chosen."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        self._folder = Path()
-        self._said = ui.label().classes("font-bold").mark("shadowing-words")
-        self._look = choice("Look", "shadowing-look", LOOK_WORDS, value="all looks", on_change=self._chosen)
-        self._images = Images()
-
-    async def show_folder(self, folder: Path) -> None:
-        """Of a folder. OSError, KeyError where it holds no study."""
-        self._folder = folder
-        said, images = await jobs.slow(shadowing_of, folder, str(self._look.value), self.view.page.dark)
-        self._said.set_text(said)
-        self._images.show(images)
-
-    def _chosen(self) -> None:
-        self.view.draw_beside(self.show_folder(self._folder), self._folder.name)
-
-
-def shadowing_of(folder: Path, look: str, dark: bool) -> tuple[str, list[Image]]:
-    """A study in words, and its figure for a look."""
-    data = read_shadowing(folder)
+def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
+    """A study in words, and its figure for a look. OSError, KeyError where there is none."""
+    data, look = read_shadowing(folder), chosen or "all looks"
     picture = Picture(
         "shadowing",
         "Visible share of the sea",
@@ -497,7 +472,7 @@ def shadowing_of(folder: Path, look: str, dark: bool) -> tuple[str, list[Image]]
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return in_words(data, look), draw_images([picture], dark)
+    return Told(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:
@@ -517,6 +492,11 @@ def in_words(data: xr.Dataset, look: str) -> str:
         told.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {RADAR_LEVEL_DB:g} dB are left of its power." if "level" in data else ""
     return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(told)}.{level}"
+
+
+RangePanel = partial(FiguresPanel, draw=view_by_range)
+GaugePanel = partial(FiguresPanel, draw=view_gauge, label="Wave gauge")
+ShadowingPanel = partial(FiguresPanel, draw=view_shadowing, label="Look")
 
 
 class PicturedPanel:

@@ -116,16 +116,6 @@ def headline_of(folder: Path) -> str:
         return ""
 
 
-_TYPES = {  # a page of ours is shown, the others are saved
-    ".html": "text/html; charset=utf-8",
-    ".nc": "application/x-netcdf",
-    ".csv": "text/csv; charset=utf-8",
-    ".json": "application/json",
-    ".toml": "text/plain; charset=utf-8",
-    ".txt": "text/plain; charset=utf-8",
-    ".png": "image/png",
-    ".gif": "image/gif",
-}
 PRODUCTS = (  # that may be downloaded
     "report.html", "retrieval.html", "trade.html", "shadowing.html", "maps.nc", "truth.nc", "prediction.nc",
     "gauges.nc", "trade.nc", "shadowing.nc", "trade.csv", "shadowing.csv", "metrics.json", "scene.toml", "sea.nc",
@@ -152,13 +142,11 @@ def give_files(app: FastAPI, server: ServerState) -> None:
             return PlainTextResponse(f"{refusal}\n", 404)
         if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
-        kind, shown = _TYPES[file.suffix], file.suffix == ".html"
+        shown = file.suffix == ".html"  # a page of ours; the others are saved
         headers = {"content-security-policy": _OF_PAGES} if shown else {}
         disposition = "inline" if shown else "attachment"
         saved = f"{run.replace('/', '_')}_{name}"
-        return FileResponse(
-            file, media_type=kind, filename=saved, content_disposition_type=disposition, headers=headers
-        )
+        return FileResponse(file, filename=saved, content_disposition_type=disposition, headers=headers)
 
 
 def address(run: str, name: str) -> str:

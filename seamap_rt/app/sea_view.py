@@ -279,7 +279,7 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
     surface = _mesh(x, y, height, lit, limit)
     mast = {
         "type": "scatter3d", "x": [0, 0], "y": [0, 0], "z": [0, mast_m], "mode": "lines+markers",
-        "line": {"color": figures.ORANGE, "width": 6}, "marker": {"size": 3, "color": figures.ORANGE},
+        "line": {"color": style.ORANGE, "width": 6}, "marker": {"size": 3, "color": style.ORANGE},
         "hoverinfo": "skip", "showlegend": False,
     }  # fmt: skip
     wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)

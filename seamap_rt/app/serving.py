@@ -15,8 +15,8 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote
@@ -170,10 +170,10 @@ class Roots:
 
     runs: Path
     others: tuple[Path, ...] = ()
-    _resolved: tuple[Path, ...] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_resolved", tuple(each.resolve() for each in (self.runs, *self.others)))
+    @cached_property
+    def _resolved(self) -> tuple[Path, ...]:
+        return tuple(each.resolve() for each in (self.runs, *self.others))
 
     @property
     def uploads(self) -> Path:

@@ -18,6 +18,7 @@ from nicegui import events, ui
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
 from ..io.scenefile import apply_overrides
+from ..report import style
 from ..report.keys import words_of
 from ..scene import Scene, scene_of
 from ..studies.point import MANIFEST
@@ -118,7 +119,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
-    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.PURPLE, figures.ORANGE, figures.SKY)
+    colours = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]

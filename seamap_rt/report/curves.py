@@ -73,8 +73,9 @@ class Graph:
 @style.styled
 def draw_graph(graph: Graph, wide: float = style.WIDTH, high: float = 2.6) -> Figure:
     """wide: of the figure, high: of its axes; inches."""
-    figure = style.new_figure(high + 0.75, wide)
-    axes = style.place(figure, 0.62, 0.28, wide - 0.62 - 0.12, high)
+    top = 0.28 if graph.title else 0.1
+    figure = style.new_figure(top + high + 0.47, wide)
+    axes = style.place(figure, 0.62, top, wide - 0.62 - 0.12, high)
     style.graph(axes, graph.x_label, graph.y_label, graph.title)
     if graph.log:
         axes.set_yscale("log")
