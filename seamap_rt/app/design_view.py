@@ -225,7 +225,7 @@ class ProspectsView:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
         with graphs:
             drawn = ui.label().classes("text-sm waits").props("role=status")
-            with ui.column().classes("w-full min-w-0") as stage:
+            with ui.column().classes("w-full min-w-0 titled") as stage:
                 self._graphs = Images(small=True)
             self._easel = Canvas(grey_of(drawn, stage))
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")

@@ -20,7 +20,7 @@ Array = NDArray[np.floating]
 
 _BAR, _BETWEEN, _TITLE = 62.0, 30.0, 40.0  # pixels: bar of colours, between panels, above one
 _ELSE, _LEAST = 330.0, 180.0  # pixels of the window beside maps, and a map's least height
-_PHONE = 640  # pixels: a window so wide has maps one below the other
+PHONE = 640  # pixels: a window so wide has maps one below the other
 _SEEN = 0.95  # of the cells that all panels know lie in the part that is shown first
 
 
@@ -103,10 +103,10 @@ class MapsPanel:
         def size(columns: int) -> tuple[float, int, int, float]:
             """High, then what else is better: fewer rows, and fewer columns; and wide."""
             wide, rows = inner / columns - (_BAR if columns == 1 else _BAR + _BETWEEN), -(-count // columns)
-            highest = np.inf if self._width < _PHONE else max((self._height - _ELSE) / rows - _TITLE, _LEAST)
+            highest = np.inf if self._width < PHONE else max((self._height - _ELSE) / rows - _TITLE, _LEAST)
             return min(wide * (north - south) / (east - west), highest), -rows, -columns, wide
 
-        columns = 1 if self._width < _PHONE else max(range(1, count + 1), key=size)
+        columns = 1 if self._width < PHONE else max(range(1, count + 1), key=size)
         rows, (high, *_, wide) = -(-count // columns), size(columns)
         drawn = min(wide, high * (east - west) / (north - south))
         row_high = high + _TITLE

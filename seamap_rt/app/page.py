@@ -99,7 +99,8 @@ _STYLE = """
 .nicegui-content { padding: 0; }
 .waits { opacity: 0; min-height: 1.25rem; margin-bottom: -1.25rem; position: relative; z-index: 2; }
 .stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; transition: all 0.1s 0.15s; }  /* no flicker */
-.waits.stale { opacity: 1; filter: none; }
+.waits.stale, .titled.stale { opacity: 1; filter: none; }
+.titled.stale img { opacity: 0.25; filter: grayscale(1); }
 .js-plotly-plot { min-height: 200px; }
 .drawn-figure { width: 100%; min-width: 34rem; max-width: 60rem; height: auto; }
 .small-figures .drawn-figure { min-width: 0; }

@@ -174,7 +174,7 @@ class RunsView:
 
     def __init__(self, page: Page) -> None:
         self.page, self.queue = page, page.server.queue
-        self._shown: tuple[tuple[str, str], ...] = ()
+        self._shown: tuple[tuple[str, str], ...] | None = None
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
         self._jobs = ui.column().classes("w-full gap-1").mark("jobs")

@@ -22,6 +22,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from ..conventions import turn_name
 from ..report import style
 from . import figures, jobs
+from .maps_panel import PHONE
 from .results import Source
 from .widgets import flat_button, slider
 
@@ -154,6 +155,7 @@ _DARKENED = 0.45  # of a colour in the shadow
 _SOFT = 0.7  # points: of the shadow's edge
 _EXAGGERATED = 3.0  # heights, but for those that are seen from the mast
 _SUN_FROM_DEG = 225.0
+_FURTHER = 1.7
 _VIEWS = {"above": "From above", "side": "From the side", "mast": "From the mast"}
 
 
@@ -241,7 +243,10 @@ class SeaPanel:
                 + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
             )
             return
-        self.plot.update_figure(await jobs.slow(sea_figure, source, turn, retrieved, self._camera, self.view.page.dark))
+        page = self.view.page
+        self.plot.update_figure(
+            await jobs.slow(sea_figure, source, turn, retrieved, self._camera, page.dark, page.width < PHONE)
+        )
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "
             + ("Dark: hidden from the antennas behind crests. " if source.results.has_truth else "")
@@ -272,8 +277,8 @@ class SeaPanel:
         self.view.page.see(folder)
 
 
-def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool) -> figures.Figure:
-    """The surface with the mast. camera: above or side."""
+def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool, narrow: bool) -> figures.Figure:
+    """The surface with the mast. camera: above or side. narrow: for a phone, from further away."""
     x, y, height, lit, limit = sea_surface(source, turn, retrieved)
     mast_m = source.height_m
     surface = _mesh(x, y, height, lit, limit)
@@ -294,15 +299,15 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
         "y": float(np.ptp(y)) / wide * 1.6,
         "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
     }
-    scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera)}
+    scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera, _FURTHER if narrow else 1.0)}
     look = figures.layout(dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=camera)
     return figures.figure([surface, mast], look, figures.CONFIG)
 
 
-def _eye(camera: str) -> figures.Figure:
-    """Where one looks from, in units of the box that is drawn, whose middle is 0."""
-    eye = {"x": 0.0, "y": -0.75, "z": 1.95} if camera == "above" else {"x": 0.9, "y": -0.95, "z": 0.35}
-    return {"eye": eye, "up": {"x": 0, "y": 0, "z": 1}}
+def _eye(camera: str, apart: float) -> figures.Figure:
+    """Where one looks from, in units of the box that is drawn, whose middle is 0. apart: how many times as far."""
+    eye = (0.0, -0.75, 1.95) if camera == "above" else (0.9, -0.95, 0.35)
+    return {"eye": {name: apart * at for name, at in zip("xyz", eye, strict=True)}, "up": {"x": 0, "y": 0, "z": 1}}
 
 
 def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:

@@ -296,7 +296,7 @@ class TradeView:
         if self.tab.place != "Trade":
             return
         if not name:
-            self._note.set_text("No trade yet: choose a key and its values, and press Trade.")
+            self._note.set_text("No trade yet: choose a key and its values, and press Run all points.")
             self._plot.set_visibility(False)
             self._chosen_row.set_visibility(False)
             return

@@ -209,7 +209,8 @@ def _mark_end(axes: Axes, longest_s: float | None) -> None:
     """The maximum prediction time, upright."""
     if longest_s is not None:
         axes.axvline(longest_s, color=style.ORANGE, linestyle="-.", linewidth=0.9)
-        axes.text(longest_s, 0.02, f" {longest_s:.0f} s", color=style.ORANGE, transform=axes.get_xaxis_transform())
+        words, where = f"{longest_s:.0f} s ", axes.get_xaxis_transform()
+        axes.text(longest_s, 0.02, words, color=style.ORANGE, transform=where, ha="right")
 
 
 def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | None) -> None:
