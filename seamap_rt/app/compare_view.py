@@ -17,13 +17,12 @@ from ..conventions import turn_name
 from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
 from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
-from ..report import style
 from . import jobs
 from .draft import flat
-from .figures import MapPanels, Panel, Scale, ground_raster
+from .figures import MapPanels, Panel, ground_raster
 from .maps_panel import MapsPanel
 from .panels import range_pictures
-from .results import Results, Source
+from .results import Results, Source, error_scale
 from .runs import find_runs
 from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
@@ -243,11 +242,11 @@ def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str
     both = one, other.reindex(x=x, y=y, method="nearest", tolerance=cell)
     raster = ground_raster(x, y, np.any([each["seen"].notnull() for each in both], axis=0))
     values = [each["height"].values for each in both]
-    height = _scale(values, "Height (m)")
+    height = error_scale(np.stack(values), "Height (m)")
     panels = [Panel(f"{name}: retrieved height", height) for name in names]
     if all("error" in each for each in both):
         errors = [each["error"].values for each in both]
-        error = _scale(errors, "Error (m)")
+        error = error_scale(np.stack(errors), "Error (m)")
         panels += [Panel(f"{name}: error", error, 3) for name in names]
         values += errors
     return MapPanels.of(panels, raster, values)
@@ -260,12 +259,6 @@ def _fields(source: Source, turn: int) -> xr.Dataset:
     if source.results.has_truth:
         found["error"] = over, height - field("truth/ground/height", turn)
     return xr.Dataset(found, {"x": source.layout.x, "y": source.layout.y})
-
-
-def _scale(fields: list[Array], words: str) -> Scale:
-    finite = np.abs(np.concatenate([each[np.isfinite(each)] for each in fields]))
-    limit = float(f"{max(np.quantile(finite, 0.99), 0.01):.2g}") if finite.size else 0.1
-    return Scale(-limit, limit, style.HEIGHT_COLOURS, words)
 
 
 _COLUMNS = [

@@ -288,7 +288,7 @@ class Source:
         panels = self._pair("height", "height", true, retrieved)
         if true is not None and retrieved is not None:
             error = retrieved - true
-            wrong = self._scale("error", lambda: _errors(error, "Error (m)", style.HEIGHT_COLOURS))
+            wrong = self._scale("error", lambda: error_scale(error, "Error (m)"))
             panels.append((Panel("Error", wrong, 3), error))
         return panels + self._stated("ground", index)
 
@@ -300,7 +300,7 @@ class Source:
         for to, (t, r) in pairs.items():
             panels += self._pair(f"slope to {to}", "slope", t, r, digits=3)
             if t is not None and r is not None:
-                wrong = self._scale(f"error {to}", lambda e=r - t: _errors(e, "Error", style.SLOPE_COLOURS))
+                wrong = self._scale(f"error {to}", lambda e=r - t: error_scale(e, "Error", style.SLOPE_COLOURS))
                 panels.append((Panel(f"Error to {to}", wrong, 3), r - t))
         return panels
 
@@ -485,14 +485,14 @@ def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> NDAr
 
 
 def _signed(true: Array, retrieved: Array, what: str) -> Scale:
-    if what == "slope":
-        limit = maps.slope_limit(true.astype(np.float64), retrieved.astype(np.float64))
-        return Scale(-limit, limit, style.SLOPE_COLOURS, "Slope")
-    limit = maps.height_limit(true.astype(np.float64), retrieved.astype(np.float64))
-    return Scale(-limit, limit, style.HEIGHT_COLOURS, "Height (m)")
+    of_slope = what == "slope"
+    limit = (maps.slope_limit if of_slope else maps.height_limit)(true.astype(np.float64), retrieved.astype(np.float64))
+    colours = style.SLOPE_COLOURS if of_slope else style.HEIGHT_COLOURS
+    return Scale(-limit, limit, colours, "Slope" if of_slope else "Height (m)")
 
 
-def _errors(error: Array, words: str, colours: str) -> Scale:
+def error_scale(error: Array, words: str, colours: str = style.HEIGHT_COLOURS) -> Scale:
+    """As far to either side as nearly all values go."""
     limit = reduce.quantile(np.abs(error), 0.98)
     limit = float(f"{max(limit, 0.01):.2g}") if np.isfinite(limit) else 0.1
     return Scale(-limit, limit, colours, words)

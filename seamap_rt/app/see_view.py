@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +16,21 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import jobs
 from .figures import MapPanels
+from .forecast_view import ForecastPanel, IssuesPanel
 from .maps_panel import MapsPanel
+from .panels import (
+    GaugePanel,
+    PicturedPanel,
+    RangePanel,
+    SectionPanel,
+    ShadowingPanel,
+    StatePanel,
+    turn_csv,
+    turn_png,
+)
 from .results import MAP_VIEWS, Results, Source
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
+from .sea_view import SeaPanel
 from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
@@ -142,7 +153,7 @@ class SeeView:
         try:
             if self.source is None:
                 folder = self.page.server.roots.run(run)
-                if await self._is_study(folder):
+                if self._is_study(folder):
                     return
                 opened = await asyncio.to_thread(_opened, folder)
                 if run != self.tab.run:  # another was chosen meanwhile
@@ -175,7 +186,7 @@ class SeeView:
             self._slider.value = self.tab.turn + 1
             self.redraw()
 
-    async def _is_study(self, folder: Path) -> bool:
+    def _is_study(self, folder: Path) -> bool:
         """Whether a folder has no turns but is shown all the same; then it is."""
         if self._study == self.tab.run:
             return True
@@ -183,12 +194,10 @@ class SeeView:
         if kind not in _STUDIES or (job is not None and not job.over):
             return False
         self._study = self.tab.run
-        module, name = _STUDIES[kind]
-        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
         self._fill_menu()
         self._study_place.clear()
         with self._study_place:
-            panel = made(self)
+            panel = _STUDIES[kind](self)
         self._place_shown(self._study_place)
         self.draw_beside(panel.show_folder(folder), self._study)
         return True
@@ -287,14 +296,12 @@ class SeeView:
         dark = self.page.dark
         key = (self.tab.run, view, dark)
         fresh = key != self._shown_key
-        module, name = _PANELS[view]
-        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
         self._place_shown(self._curves_place)
         if fresh:
             self._shown_key = key
             self._curves_place.clear()
             with self._curves_place:
-                self._panel: Any = made(self)
+                self._panel: Any = _PANELS[view](self)
         await self._panel.show(source, turn)
 
     # ------------------------------------------------------------------------------------------------- the time
@@ -366,15 +373,11 @@ class SeeView:
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
-        from .panels import turn_csv
-
         if self.source is not None:
             name = self._file("csv")
             ui.download.content(await jobs.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
-        from .panels import turn_png
-
         if self.source is not None:
             name = self._file("png")
             self._say.set_text("drawing …")
@@ -389,16 +392,16 @@ def _opened(folder: Path) -> Source | None:
     return Source(results) if results.turns() else None
 
 
-_PANELS = {  # and what shows them: loaded when a view is first chosen
-    "section": ("panels", "SectionPanel"),
-    "range": ("panels", "RangePanel"),
-    "state": ("panels", "StatePanel"),
-    "gauges": ("panels", "GaugePanel"),
-    "forecast": ("forecast_view", "ForecastPanel"),
-    "sea": ("sea_view", "SeaPanel"),
+_PANELS: dict[str, Callable[[SeeView], Any]] = {
+    "section": SectionPanel,
+    "range": RangePanel,
+    "state": StatePanel,
+    "gauges": GaugePanel,
+    "forecast": ForecastPanel,
+    "sea": SeaPanel,
 }
-_STUDIES = {  # kinds of folders without turns, and what shows them
-    "shadowing": ("panels", "ShadowingPanel"),
-    "sea": ("panels", "PicturedPanel"),
-    "forecast": ("forecast_view", "IssuesPanel"),
+_STUDIES: dict[str | None, Callable[[SeeView], Any]] = {  # kinds of folders without turns
+    "shadowing": ShadowingPanel,
+    "sea": PicturedPanel,
+    "forecast": IssuesPanel,
 }

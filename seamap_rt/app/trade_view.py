@@ -239,19 +239,20 @@ class TradeView:
 
     # ----------------------------------------------------------------------------------------------- asking
 
-    @property
-    def _vary(self) -> list[str]:
-        return [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
+    def _words(self) -> tuple[list[str], list[str], int]:
+        """What is varied, the command's words and how many points that is. InputError, ValueError where it is none."""
+        vary = [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
+        seeds = int(self._seeds.value or 0)
+        words = command_words(vary, seeds, self._at_most.value)
+        if not vary:
+            raise InputError("Choose a key, and its values in the units of the scene file.")
+        return vary, words, count_of(vary, seeds)
 
     def _counted(self, _: Any = None) -> None:
         """How many points that is, or why it is none."""
         try:
-            vary, seeds = self._vary, int(self._seeds.value or 0)
-            command_words(vary, seeds, self._at_most.value)
-            if not vary:
-                self._said.set_text("Choose a key, and its values in the units of the scene file.")
-                return
-            count, scene = count_of(vary, seeds), self.tab.draft.scene
+            *_, count = self._words()
+            scene = self.tab.draft.scene
             self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
@@ -268,11 +269,7 @@ class TradeView:
             self._said.set_text("The design does not stand yet: mend in Design what is marked.")
             return
         try:
-            vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = command_words(vary, seeds, self._at_most.value)
-            if not vary:
-                raise InputError("Choose a key, and its values.")
-            count = count_of(vary, seeds)
+            vary, words, count = self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return

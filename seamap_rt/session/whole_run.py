@@ -175,7 +175,7 @@ def run(
             metrics["run_s"] = time.perf_counter() - start
             say("report: drawing")
             echoes = open_echoes(folder / "echoes.zarr")
-            from ..report import write_report  # loads matplotlib
+            from ..report.page import write_report  # loads matplotlib
 
             write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start
