@@ -17,15 +17,13 @@ from ..conventions import turn_name
 from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
 from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
-from ..report import style
-from . import drawing
-from .curve_panels import range_pictures
+from . import jobs
 from .draft import flat
+from .figures import MapPanels, Panel, ground_raster
 from .maps_panel import MapsPanel
-from .pictures import MapPanels, Panel, Scale, ground_raster
-from .results import Results
+from .panels import range_pictures
+from .results import Results, Source, error_scale
 from .runs import find_runs
-from .views import Source
 from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
 if TYPE_CHECKING:
@@ -195,12 +193,18 @@ def in_words(verdicts: Sequence[RangeVerdict]) -> str:
     """What is better where, in a line or two."""
     first, *ranges = verdicts
     words = {"▲ B better": "B better", "▼ B worse": "B worse"}.get(first.verdict, "no difference beyond chance")
-    by = "" if not np.isfinite(first.chance) else f"; chance alone makes {100.0 * (first.chance - 1.0):.0f} %"
+    by = "" if not np.isfinite(first.chance) else f"; chance alone makes {_chance_in_words(first.chance)}"
     line = f"{_span(first)}: {words} (A {first.first:.3f} m, B {first.second:.3f} m rms{by})."
     for verdict, name in (("▲ B better", "better"), ("▼ B worse", "worse")):
         held = [_span(each) for each in ranges if each.verdict == verdict]
         line += f" B is {name} at {', '.join(held)}." if held else ""
     return line
+
+
+def _chance_in_words(factor: float) -> str:
+    if not np.isfinite(factor):
+        return "—"
+    return "more than 300 %" if factor > 4.0 else f"{100.0 * (factor - 1.0):.0f} %"
 
 
 def _span(judged: RangeVerdict) -> str:
@@ -238,11 +242,11 @@ def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str
     both = one, other.reindex(x=x, y=y, method="nearest", tolerance=cell)
     raster = ground_raster(x, y, np.any([each["seen"].notnull() for each in both], axis=0))
     values = [each["height"].values for each in both]
-    height = _scale(values, "Height (m)")
+    height = error_scale(np.stack(values), "Height (m)")
     panels = [Panel(f"{name}: retrieved height", height) for name in names]
     if all("error" in each for each in both):
         errors = [each["error"].values for each in both]
-        error = _scale(errors, "Error (m)")
+        error = error_scale(np.stack(errors), "Error (m)")
         panels += [Panel(f"{name}: error", error, 3) for name in names]
         values += errors
     return MapPanels.of(panels, raster, values)
@@ -255,12 +259,6 @@ def _fields(source: Source, turn: int) -> xr.Dataset:
     if source.results.has_truth:
         found["error"] = over, height - field("truth/ground/height", turn)
     return xr.Dataset(found, {"x": source.layout.x, "y": source.layout.y})
-
-
-def _scale(fields: list[Array], words: str) -> Scale:
-    finite = np.abs(np.concatenate([each[np.isfinite(each)] for each in fields]))
-    limit = float(f"{max(np.quantile(finite, 0.99), 0.01):.2g}") if finite.size else 0.1
-    return Scale(-limit, limit, style.HEIGHT_COLOURS, words)
 
 
 _COLUMNS = [
@@ -301,7 +299,7 @@ class CompareView:
             with ui.row().classes("w-full items-center no-wrap gap-2"):
                 self._turn = ui.label("Turn").classes("text-sm figure-value whitespace-nowrap")
                 self._slider = slider("Turn", "compared-turn", self._redraw)
-            self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
+            self._maps = MapsPanel(page, lambda *_: None)
             self._images = Images(columns=True)
         self._body.set_visibility(False)
 
@@ -328,12 +326,16 @@ class CompareView:
         await self._draw()
 
     def _chosen(self, index: int, name: str | None) -> None:
-        if name and not self._filling:
-            if index == 0:
-                self.tab.run = name
-            else:
-                self.tab.other = name
-            self._redraw()
+        if not name or self._filling:
+            return
+        if name == (self.tab.other, self.tab.run)[index]:  # the other one: they change places
+            self._swap()
+            return
+        if index == 0:
+            self.tab.run = name
+        else:
+            self.tab.other = name
+        self._redraw()
 
     def _swap(self) -> None:
         self.tab.run, self.tab.other = self.tab.other, self.tab.run
@@ -363,8 +365,8 @@ class CompareView:
         turn = min(int(self._slider.value or 1), count) - 1
         key = (*names, self.page.dark)
         whole = key != self._shown
-        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
-        self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
+        made = await jobs.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
+        self._said.set_text(made.differ)
         self._body.set_visibility(True)
         count_on(self._slider, count)
         self._turn.set_text(turn_name(turn, count))
@@ -397,7 +399,7 @@ class CompareView:
             {
                 "range": f"{each.range_m[0]:.0f}–{each.range_m[1]:.0f}",
                 "a": number(each.first, 3), "b": number(each.second, 3), "verdict": each.verdict,
-                "chance": f"{100.0 * (each.chance - 1.0):.0f} %" if np.isfinite(each.chance) else "—",
+                "chance": _chance_in_words(each.chance),
             }
             for each in judged
         ]  # fmt: skip

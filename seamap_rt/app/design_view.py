@@ -6,31 +6,30 @@ import asyncio
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from . import figures
+from . import jobs
 from .draft import MOST_TOML, Draft
-from .figures import Figure
 from .form import Form
-from .safety import safe_name
+from .serving import safe_name
 from .uploads import save_upload
-from .widgets import choice, flat_button, number, round_button, tile
+from .widgets import Canvas, Images, choice, flat_button, grey_of, number, round_button, tile
 
 if TYPE_CHECKING:
     from ..scene import Scene
     from .page import Page
-    from .prospects import Prospects, Spectrum
+    from .prospects import Prospects
 
 
+_GRID = "w-full grid gap-4 grid-cols-1 lg:grid-cols-[minmax(340px,27rem)_1fr] lg:grid-rows-[auto_1fr]"
 _AFTER_S = 0.06  # so that figures are painted before graphs are drawn
 _MOST_FILE = 32 * 2**20  # of a spectrum, a pattern, a motion or a mesh
 
 
 class DesignView:
-    """The form at the left, its consequences at the right; on a phone one below the other."""
+    """The form at the left, its consequences at the right; on a phone figures, form and graphs one below the other."""
 
     def __init__(self, page: Page) -> None:
         self.page, self.tab = page, page.tab
@@ -44,12 +43,13 @@ class DesignView:
             flat_button("Keep to compare", icon="push_pin", on_click=self._pin, mark="pin")
             self._said = ui.label().classes("text-sm").props("role=status")
         self._answer = ui.label().classes("font-bold").mark("answer").props("aria-live=polite")
-        with ui.element("div").classes("w-full grid gap-4 grid-cols-1 lg:grid-cols-[minmax(340px,27rem)_1fr]"):
-            with ui.column().classes("w-full gap-1"):
+        with ui.element("div").classes(_GRID):
+            tiles = ui.column().classes("w-full min-w-0 lg:col-start-2")
+            with ui.column().classes("w-full gap-1 lg:col-start-1 lg:row-start-1 lg:row-span-2"):
                 self._form_place = ui.column().classes("w-full gap-1")
                 self._scene_file()
-            with ui.column().classes("w-full min-w-0"):
-                self.prospects = ProspectsView(page, self._answer)
+            graphs = ui.column().classes("w-full min-w-0 lg:col-start-2")
+        self.prospects = ProspectsView(page, self._answer, tiles, graphs)
         self._new_form()
 
     def enter(self) -> None:
@@ -136,7 +136,7 @@ class DesignView:
         self.prospects.show(found, scene, beside, pinned[0] if pinned else "")
         await asyncio.sleep(_AFTER_S)
         if asked == self._asked:
-            self.prospects.draw(found, scene, beside)
+            await self.prospects.draw(found, scene, beside)
             ui.timer(_AFTER_S, self.page.prepare, once=True)
 
     # ------------------------------------------------------------------------------------------------- as a file
@@ -213,36 +213,38 @@ def _about(draft: Draft, title: str) -> str:
 
 _FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
 COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better and worse
-_GRAPHS = ("visible", "error", "snr", "beam", "spectrum", "cycle")
 
 
 class ProspectsView:
     """Tiles and graphs of the design at hand; made once, and filled anew with each change. said: for the answer."""
 
-    def __init__(self, page: Page, said: ui.label) -> None:
-        self.page, self._said = page, said
+    def __init__(self, page: Page, said: ui.label, tiles: ui.column, graphs: ui.column) -> None:
+        self.page, self._said, self._places = page, said, (tiles, graphs)
         self._shown: dict[str, _Tile] = {}
-        self._plots: dict[str, ui.plotly] = {}
-        self._body = ui.column().classes("w-full gap-2").mark("prospects")
-        with self._body:
+        with tiles:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
-            self._graphs = ui.element("div").classes("w-full grid gap-2 grid-cols-1 md:grid-cols-2 2xl:grid-cols-3")
+        with graphs:
+            drawn = ui.label().classes("text-sm waits").props("role=status")
+            with ui.column().classes("w-full min-w-0 titled") as stage:
+                self._graphs = Images(small=True)
+            self._easel = Canvas(grey_of(drawn, stage))
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
     def dim(self, refused: bool) -> None:
         """Nothing is known of a design that is refused: the last one's figures stay, pale."""
         if refused:
-            self._said.set_text("This design is refused: mend what is marked, and its consequences follow.")
-            self._body.classes(add="opacity-50")
+            self.refuse("This design is refused: mend what is marked, and its consequences follow.")
 
     def refuse(self, words: str) -> None:
         """A design that stands, and of which nothing can be told."""
         self._said.set_text(words)
-        self._body.classes(add="opacity-50")
+        for each in self._places:
+            each.classes(add="opacity-50")
 
     def show(self, found: Prospects, scene: Scene, beside: Prospects | None, name: str) -> None:
         """Fill all; beside: of the kept design, with its name."""
-        self._body.classes(remove="opacity-50")
+        for each in self._places:
+            each.classes(remove="opacity-50")
         self._said.set_text(_sentence(found, scene) + (f" Beside it, dashed: {name}." if beside else ""))
         then = beside.values if beside else {}
         if set(self._shown) != {key for key, *_ in found.figures}:
@@ -254,15 +256,15 @@ class ProspectsView:
             before = then.get(key)
             self._shown[key].fill(scale * value, digits, None if before is None else scale * before, better)
 
-    def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
-        """Fill the graphs, which take the browser longer than the figures do."""
-        made = _graphs(found, beside, scene, self.page.dark)
-        if not self._plots:  # not before: the browser loads the graphs' code, and shows no form meanwhile
-            with self._graphs:
-                self._plots = {name: ui.plotly(made[name]).classes("w-full").mark(f"graph-{name}") for name in _GRAPHS}
-            return
-        for graph, figure in made.items():
-            self._plots[graph].update_figure(figure)
+    async def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
+        """Fill the graphs, which take longer than the figures do."""
+
+        async def drawn() -> None:
+            from .prospects import design_images
+
+            self._graphs.show(await jobs.quick(design_images, found, beside, scene, self.page.dark))
+
+        await self._easel.show("drawing the graphs …", drawn())
 
     def _make_tiles(self, found: Prospects) -> None:
         self._shown.clear()
@@ -314,111 +316,3 @@ def _sentence(found: Prospects, scene: Scene) -> str:
         f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
         f"{told['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
     )
-
-
-# ------------------------------------------------------------------------------------------------------ graphs
-
-
-def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> dict[str, Figure]:
-    across = figures.axis("Ground range (m)", dark, range=[0, float(found.ground_m[-1])])
-    both = [(found, "solid", ""), *([(beside, "dash", ", kept")] if beside else [])]
-
-    def against_range(title: str, unit: str, curves, **y: object) -> Figure:
-        look = figures.layout(dark, title, xaxis=across, yaxis=figures.axis(unit, dark, **y), margin=_margin())
-        return figures.figure(curves, look)
-
-    def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Figure]:
-        return [
-            figures.line(each.ahead_ground_m, factor * each.ahead.profile[name], f"{words}{tail}", colour, dash=dash)
-            for each, dash, tail in both
-            if each.ahead is not None
-        ]
-
-    def curves(name: str, words: str, colour: str) -> list[Figure]:
-        return [
-            figures.line(each.ground_m, getattr(each, name), f"{words}{tail}", colour, dash=dash)
-            for each, dash, tail in both
-        ]
-
-    visible = [
-        *ahead("visible_fraction", "in sight", figures.BLUE, 100.0),
-        *ahead("quality", "measured", figures.GREEN, 100.0),
-        figures.line(found.ground_m, 100.0 * found.smith, "Smith 1967", figures.GREY, dash="dot"),
-        figures.line(found.ground_m, 100.0 * found.wagner, "Wagner 1967", figures.SKY, dash="dot"),
-    ]
-    error = ahead("height_error", "of the map", figures.VERMILION)
-    error += curves("noise_error_m", "noise of one dwell", figures.GREY)
-    snr = curves("snr_db", "mean sea", figures.GREEN)
-    cycle = curves("ambiguity_m", "height of a cycle", figures.ORANGE)
-    return {
-        "visible": against_range(
-            "Share of the sea that is in sight, and that is measured", "%", visible, range=[0, 102]
-        ),
-        "error": against_range("Height error", "m", error, type="log", dtick=1, exponentformat="power"),
-        "snr": against_range("One pulse's echo over noise", "dB", snr),
-        "cycle": against_range("Height that a phase cycle is worth", "m", cycle, rangemode="tozero"),
-        "beam": _beam(both, scene, dark),
-        "spectrum": _spectrum(found.spectrum, dark),
-    }
-
-
-def _margin() -> Figure:
-    return {"l": 46, "r": 8, "t": 30, "b": 64}
-
-
-def _beam(both, scene: Scene, dark: bool) -> Figure:
-    curves = [
-        figures.line(each.beam_deg, each.beam_db, f"beam{tail}", figures.BLUE, dash=dash) for each, dash, tail in both
-    ]
-    marks = []
-    for at in (20.0, 50.0, scene.radar.range_m[1]):
-        if at > scene.radar.height_m:
-            angle = -float(np.degrees(np.arcsin(scene.radar.height_m / at)))
-            marks.append({
-                "type": "line", "x0": angle, "x1": angle, "y0": -40, "y1": 0,
-                "line": {"color": figures.GREY, "width": 1, "dash": "dot"},
-                "label": {"text": f"{at:.0f} m", "textposition": "start", "font": {"size": 10}, "textangle": 0},
-            })  # fmt: skip
-    look = figures.layout(
-        dark, "Beam up and down, and where the sea is", shapes=marks, margin=_margin(),
-        xaxis=figures.axis("Elevation (°)", dark, range=[-45, 30]),
-        yaxis=figures.axis("dB under the peak", dark, range=[-40, 1]),
-    )  # fmt: skip
-    return figures.figure(curves, look)
-
-
-def _spectrum(spectrum: Spectrum, dark: bool) -> Figure:
-    """Over the directions that waves come from, north up; frequency grows outwards."""
-    top = float(spectrum.frequency[-1])
-    side = np.linspace(-top, top, 61)
-    east, north = np.meshgrid(side, side)
-    radius, bearing = np.hypot(east, north), np.degrees(np.arctan2(east, north)) % 360.0
-    step = 360.0 / spectrum.direction.size
-    row = np.interp(radius, spectrum.frequency, np.arange(spectrum.frequency.size))
-    density = spectrum.density[
-        np.rint(row).astype(int), (np.rint(bearing / step).astype(int)) % spectrum.direction.size
-    ]
-    density = np.where((radius <= top) & (radius >= spectrum.frequency[0]), density, np.nan)
-    peak = float(np.nanmax(density)) if np.isfinite(density).any() else 0.0
-    data: list[Figure] = []
-    if peak > 0.0:
-        data.append({
-            "type": "heatmap", "x": figures.plain(side, 3), "y": figures.plain(side, 3),
-            "z": figures.plain(density, 3), "colorscale": "Viridis", "zmin": 0.0, "zmax": peak,
-            "colorbar": {"title": {"text": "m²/Hz/°", "side": "right"}, "thickness": 10, "len": 0.9},
-            "hovertemplate": "%{x:.2f} Hz east, %{y:.2f} Hz north: %{z:.3f}<extra></extra>",
-        })  # fmt: skip
-    for frequency, direction, height in spectrum.lines:
-        angle = np.radians(direction)
-        data.append({
-            "type": "scatter", "mode": "markers+text", "x": [float(frequency * np.sin(angle))],
-            "y": [float(frequency * np.cos(angle))], "text": [f"{height:.2g} m"], "textposition": "top center",
-            "marker": {"color": figures.VERMILION, "size": 9}, "showlegend": False,
-        })  # fmt: skip
-    look = figures.layout(
-        dark, "Waves by frequency and the direction they come from", showlegend=False, hovermode="closest",
-        xaxis=figures.axis("Hz, east", dark, range=[-top, top], constrain="domain"),
-        yaxis=figures.axis("Hz, north", dark, range=[-top, top], scaleanchor="x", constrain="domain"),
-        margin={"l": 46, "r": 8, "t": 30, "b": 38}, height=300,
-    )  # fmt: skip
-    return figures.figure(data, look)

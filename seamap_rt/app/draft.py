@@ -8,7 +8,7 @@ import shlex
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from ..errors import InputError, one_line
@@ -17,7 +17,8 @@ from ..io.text import toml_value
 from ..io.validation import without
 from ..report.keys import label_of, section_label, shown_unit, shown_value
 from ..scene import Scene, anchored, scene_of
-from .safety import Roots
+from ..scene.keys import limit_of, sections_of
+from .serving import Roots
 
 Schema = Mapping[str, Any]
 
@@ -69,8 +70,7 @@ def scene_schema() -> Schema:
 
 def parts_of(tree: Mapping[str, Any]) -> list[Part]:
     """All sections of the form, in the scene file's order; a list of tables has a part for each entry of the tree."""
-    schema = scene_schema()
-    return list(_parts(schema, schema, "", tree, many=False))
+    return list(_parts(scene_schema(), "", tree, many=False))
 
 
 def list_sections() -> list[ListSection]:
@@ -81,7 +81,7 @@ def list_sections() -> list[ListSection]:
 def _growing(section: Schema, path: str) -> Iterator[ListSection]:
     for name, key in section["properties"].items():
         below = _join(path, name)
-        inner = _sections(key)
+        inner = sections_of(key, scene_schema())
         if not inner:
             continue
         if key.get("type") == "array":
@@ -92,9 +92,9 @@ def _growing(section: Schema, path: str) -> Iterator[ListSection]:
             yield from _growing(inner[0], below)
 
 
-def _parts(section: Schema, schema: Schema, path: str, tree: Any, many: bool) -> Iterator[Part]:
+def _parts(section: Schema, path: str, tree: Any, many: bool) -> Iterator[Part]:
     held = tree if isinstance(tree, Mapping) else {}
-    inner = {name: key for name, key in section["properties"].items() if _sections(key)}
+    inner = {name: key for name, key in section["properties"].items() if sections_of(key, scene_schema())}
     fields = tuple(
         _field(_join(path, name), key, name in section.get("required", ()))
         for name, key in section["properties"].items()
@@ -104,27 +104,20 @@ def _parts(section: Schema, schema: Schema, path: str, tree: Any, many: bool) ->
     for name, key in inner.items():
         below = _join(path, name)
         if key.get("type") != "array":
-            yield from _parts(_sections(key)[0], schema, below, held.get(name), many=False)
+            yield from _parts(sections_of(key, scene_schema())[0], below, held.get(name), many=False)
             continue
         entries = held.get(name)
         for index, entry in enumerate(entries if isinstance(entries, list | tuple) else ()):
-            yield from _parts(_kind_of(key, entry), schema, f"{below}.{index}", entry, many=True)
+            yield from _parts(_kind_of(key, entry), f"{below}.{index}", entry, many=True)
 
 
 def _kind_of(key: Schema, entry: Any) -> Schema:
     """The section of a list's entry: of several kinds the one that its tag names, the first where it names none."""
-    kinds = _sections(key)
+    kinds = sections_of(key, scene_schema())
     tag = key["items"].get("discriminator", {}).get("propertyName")
     if tag is None or not isinstance(entry, Mapping):
         return kinds[0]
     return next((each for each in kinds if each["properties"][tag]["const"] == entry.get(tag)), kinds[0])
-
-
-def _sections(key: Schema) -> list[Schema]:
-    """The sections that a key holds: one, one an entry, or one of several kinds an entry; none of a plain key."""
-    holder = key.get("items", key) if key.get("type") == "array" else key
-    references = [each["$ref"] for each in holder.get("oneOf", [holder]) if "$ref" in each]
-    return [scene_schema()["$defs"][reference.rsplit("/", 1)[1]] for reference in references]
 
 
 def _field(path: str, key: Schema, required: bool) -> Field:
@@ -149,26 +142,15 @@ def _field(path: str, key: Schema, required: bool) -> Field:
     unit = shown_unit(path, key.get("unit"))
     told = "needed" if required else (key.get("left_out", "") if default is None else shown_value(path, default))
     optional = not required and default is None
-    return Field(path, kind, label_of(path), unit, choices, told, optional, _help(path, key, kinds))
+    return Field(path, kind, label_of(path), unit, choices, told, optional, _help(path, key, kind))
 
 
-def _help(path: str, key: Schema, kinds: list[Schema]) -> str:
-    words = [key.get("description", "").replace("`", "")]
-    bounds = " or ".join(filter(None, map(_bounds, kinds)))
-    reason = key.get("reason", "")
-    unit = key.get("unit") or ""
-    if bounds:
-        words.append(
-            f"Limits: {bounds}{f' {unit}' if unit not in ('', '1') else ''}{f' ({reason})' if reason else ''}."
-        )
-    return " ".join([*words, f"Key: {path}"])
-
-
-def _bounds(kind: Schema) -> str:
-    if entries := kind.get("prefixItems"):
-        return _bounds(entries[0])
-    signs = (("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"))
-    return ", ".join(f"{sign} {kind[name]:g}" for name, sign in signs if name in kind)
+def _help(path: str, key: Schema, kind: str) -> str:
+    """Limits are in the unit that the form shows."""
+    limit = limit_of(key, partial(shown_value, path)) if kind in ("number", "list") else key.get("reason", "")
+    unit = shown_unit(path, key.get("unit"))
+    limits = f" Limits{f' ({unit})' if unit else ''}: {limit}." if limit else ""
+    return f"{key.get('description', '')}{limits} Key: {path}".replace("`", "")
 
 
 def _first_paragraph(text: str) -> str:

@@ -1,4 +1,6 @@
-"""The queue of runs: each is the command line in a process of its own, one by one, and leaves its story in files.
+"""What the page has done in processes of its own: runs one by one, and drawings, so that it answers meanwhile.
+
+A run is the command line, and leaves its story in files.
 
 A job's files lie in `.jobs` below the runs: `NAME.toml` the scene, `NAME.json` what it is, `NAME.progress` a line for
 each step with its time, `NAME.errors` what the process said. So a page that is opened again finds them, and so does a
@@ -8,19 +10,23 @@ may have it by now. A run is known as this server's child, or by the file of pro
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import json
+import multiprocessing
 import os
+import pickle
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from annotated_types import MinLen
@@ -411,3 +417,68 @@ def _starts(lines: list[tuple[float, str]]) -> list[tuple[int, float]]:
 
 def _of(lines: list[tuple[float, str]]) -> int:
     return next((int(turn[2]) for _, words in reversed(lines) if (turn := _TURN.match(words))), 0)
+
+
+Result = TypeVar("Result")
+
+
+class DrawingProcess:
+    """A process that draws one thing after another; it starts with the first. most: after so many another follows."""
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
+        self._pool: ProcessPoolExecutor | None = None
+        self._free = asyncio.Lock()
+
+    async def __call__(self, make: Callable[..., Result], *given: Any) -> Result:
+        """What a function of a module gives. Cancelled while it waits, it is never begun.
+
+        Raises OSError where the process ended, and what the function raises.
+        """
+        packed = pickle.dumps((make, given))
+        await self._free.acquire()
+        loop = asyncio.get_running_loop()
+        spawn = multiprocessing.get_context("spawn")
+        pool = self._pool = self._pool or ProcessPoolExecutor(1, spawn, _begin, max_tasks_per_child=self._most)
+        try:
+            future = pool.submit(_call, packed)
+        except BrokenExecutor as error:
+            self._pool = None
+            self._free.release()
+            raise OSError(_LOST) from error
+        future.add_done_callback(lambda _: loop.call_soon_threadsafe(self._free.release))
+        try:
+            return await asyncio.wrap_future(future)
+        except BrokenExecutor as error:
+            self._pool = None
+            raise OSError(_LOST) from error
+
+
+_LOST = "the process that draws has ended, as it does where memory runs out; choose the view again"
+
+quick, slow = DrawingProcess(), DrawingProcess()  # maps, sections, curves; what may take seconds
+alone = DrawingProcess(1)  # what takes much memory
+
+
+def close() -> None:
+    """End what is drawn."""
+    for child in multiprocessing.active_children():
+        child.terminate()
+
+
+def _call(packed: bytes) -> Any:
+    make, given = pickle.loads(packed)  # here, so that what cannot be opened is an answer
+    return make(*given)
+
+
+def _begin() -> None:
+    """In a process that draws: Ctrl-C is for the page, and the process ends with the page, however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    page = multiprocessing.parent_process()
+    assert page is not None
+
+    def follow() -> None:
+        page.join()
+        os._exit(0)
+
+    threading.Thread(target=follow, daemon=True, name="follow").start()

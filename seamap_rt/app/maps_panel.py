@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import events, ui
 from numpy.typing import NDArray
 
 from . import figures
-from .pictures import MapPanels, Panel, Raster
+from .figures import MapPanels, Panel, Raster
+
+if TYPE_CHECKING:
+    from .page import Page
 
 Array = NDArray[np.floating]
 
-_BAR, _BETWEEN, _TITLE, _HIGHEST = 62.0, 30.0, 46.0, 430.0  # pixels: bar of colours, between panels, above one
+_BAR, _BETWEEN, _TITLE = 62.0, 30.0, 40.0  # pixels: bar of colours, between panels, above one
+_ELSE, _LEAST = 330.0, 180.0  # pixels of the window beside maps, and a map's least height
+PHONE = 640  # pixels: a window so wide has maps one below the other
+_SEEN = 0.95  # of the cells that all panels know lie in the part that is shown first
 
 
 class MapsPanel:
-    """Panels on one raster. picked: called with east and north [m] of a point that is clicked."""
+    """Panels on one raster, as large as the window shows them together, on the part of the sea that is seen.
 
-    def __init__(self, width: int, dark: bool, picked: Callable[[float, float], None]) -> None:
-        self._width, self._dark, self._picked = width, dark, picked
+    picked: called with east and north [m] of a point that is clicked.
+    """
+
+    def __init__(self, page: Page, picked: Callable[[float, float], None]) -> None:
+        self._width, self._height, self._dark, self._picked = page.width, page.height, page.dark, picked
         self._panels: Sequence[Panel] = ()
         self._raster: Raster | None = None
         self._values: Sequence[Array] = ()
         self._pictures: Sequence[str] = ()
         self._drawn = False  # by the browser, which loads the graphs' code first
-        self.plot = ui.plotly(figures.figure([], figures.layout(dark), figures.CONFIG)).classes("w-full").mark("maps")
+        self.plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
@@ -47,7 +55,8 @@ class MapsPanel:
         for image, source in zip(self.plot.figure["layout"]["images"], shown.pictures, strict=True):  # type: ignore[index]
             image["source"] = source
         if self._drawn:
-            self.plot.client.run_javascript(f"showFrame({self.plot.id}, {json.dumps(shown.pictures)})")
+            told = {f"images[{i}].source": source for i, source in enumerate(shown.pictures)}
+            self.plot.run_plot_method("relayout", told)
         else:
             self.plot.update()
 
@@ -55,6 +64,16 @@ class MapsPanel:
         self._drawn = True
 
     # ------------------------------------------------------------------------------------------------ the graph
+
+    def _seen(self) -> tuple[float, float, float, float]:
+        """West, east, south and north of the part that is shown first: where all panels have values."""
+        assert self._raster is not None
+        raster, (west, east, south, north) = self._raster, self._raster.box
+        rows, columns = np.nonzero(np.all([np.isfinite(each) for each in self._values], axis=0))
+        if not rows.size:
+            return west, east, south, north
+        reach = 1.1 * float(np.quantile(np.hypot(raster.x[columns], raster.y[rows]), _SEEN)) + raster.step
+        return max(west, -reach), min(east, reach), max(south, -reach), min(north, reach)
 
     def _images(self) -> list[figures.Figure]:
         assert self._raster is not None
@@ -72,29 +91,23 @@ class MapsPanel:
             return []
         (x0, y0), (x1, y1) = line
         look = {"color": figures.ink(self._dark), "width": 1, "dash": "dot"}
-        return [
-            {
-                "type": "line",
-                "xref": _axis("x", i),
-                "yref": _axis("y", i),
-                "x0": x0,
-                "y0": y0,
-                "x1": x1,
-                "y1": y1,
-                "line": look,
-            }
-            for i in range(len(self._panels))
-        ]
+        ends = {"type": "line", "x0": x0, "y0": y0, "x1": x1, "y1": y1, "line": look}
+        return [{**ends, "xref": _axis("x", i), "yref": _axis("y", i)} for i in range(len(self._panels))]
 
     def _figure(self, line: Any) -> figures.Figure:
         assert self._raster is not None
         count = len(self._panels)
-        columns = 1 if self._width < 640 or count == 1 else min(count, 2 if count in (2, 4) else 3)
-        rows = -(-count // columns)
-        west, east, south, north = self._raster.box
+        west, east, south, north = self._seen()
         inner = max(min(self._width, 1900) - 92, 240)  # without the margins of the page and of the graph
-        wide = inner / columns - (_BAR if columns == 1 else _BAR + _BETWEEN)
-        high = min(wide * (north - south) / (east - west), _HIGHEST)
+
+        def size(columns: int) -> tuple[float, int, int, float]:
+            """High, then what else is better: fewer rows, and fewer columns; and wide."""
+            wide, rows = inner / columns - (_BAR if columns == 1 else _BAR + _BETWEEN), -(-count // columns)
+            highest = np.inf if self._width < PHONE else max((self._height - _ELSE) / rows - _TITLE, _LEAST)
+            return min(wide * (north - south) / (east - west), highest), -rows, -columns, wide
+
+        columns = 1 if self._width < PHONE else max(range(1, count + 1), key=size)
+        rows, (high, *_, wide) = -(-count // columns), size(columns)
         drawn = min(wide, high * (east - west) / (north - south))
         row_high = high + _TITLE
         whole = rows * row_high
@@ -106,7 +119,7 @@ class MapsPanel:
         notes = []
         for i, panel in enumerate(self._panels):
             column, row = i % columns, i // columns
-            left = column / columns + (_BETWEEN / inner if column else 0.0)
+            left = column * (drawn + _BAR + _BETWEEN) / inner
             right = left + drawn / inner
             top = 1.0 - (row * row_high + _TITLE) / whole
             bottom = 1.0 - (row + 1) * row_high / whole

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ..io.scenefile import list_shipped
+from . import jobs
 from .jobs import Queue
 from .runs import kind_of
-from .safety import Roots
+from .serving import Roots
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -98,34 +99,19 @@ _STYLE = """
 .nicegui-content { padding: 0; }
 .waits { opacity: 0; min-height: 1.25rem; margin-bottom: -1.25rem; position: relative; z-index: 2; }
 .stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; transition: all 0.1s 0.15s; }  /* no flicker */
-.waits.stale { opacity: 1; filter: none; }
+.waits.stale, .titled.stale { opacity: 1; filter: none; }
+.titled.stale img { opacity: 0.25; filter: grayscale(1); }
 .js-plotly-plot { min-height: 200px; }
 .drawn-figure { width: 100%; min-width: 34rem; max-width: 60rem; height: auto; }
+.small-figures .drawn-figure { min-width: 0; }
 .js-plotly-plot .imagelayer image { image-rendering: pixelated; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
 """
 
 
-# NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses. `showFrame` puts other pictures into a
-# graph's images: Plotly's own way draws the whole graph anew, and a screen shows no more than the last of several.
+# NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses.
 _SCRIPT = """
 document.documentElement.lang = "en";
-window.showFrame = (id, sources) => {
-  const graph = getHtmlElement(id);
-  if (!graph?._fullLayout?.images) return;
-  const waits = graph.frame !== undefined;
-  graph.frame = sources;
-  if (waits) return;
-  requestAnimationFrame(() => {
-    const shown = graph.querySelectorAll(".imagelayer image");
-    graph.frame.forEach((source, i) => {
-      for (const images of [graph.layout.images, graph._fullLayout.images]) images[i].source = source;
-      shown[i]?.setAttributeNS("http://www.w3.org/1999/xlink", "href", source);
-      if (shown[i]) shown[i]._imgSrc = source;
-    });
-    graph.frame = undefined;
-  });
-};
 window.addEventListener("unhandledrejection", (event) => {
   if (/displayed plot div/.test(String(event.reason))) event.preventDefault();
 });
@@ -135,8 +121,9 @@ window.addEventListener("unhandledrejection", (event) => {
 class Page:
     """One open page. The views ask it to go elsewhere, and it asks them to look again while something runs."""
 
-    def __init__(self, server: ServerState, tab: Tab, width: int, dark: bool) -> None:
-        self.server, self.tab, self.width, self.dark = server, tab, width, dark
+    def __init__(self, server: ServerState, tab: Tab, width: int, height: int, dark: bool) -> None:
+        self.server, self.tab = server, tab
+        self.width, self.height, self.dark = width, height, dark  # of the window, pixels
         self._holders: dict[str, ui.column] = {}
         self._made: dict[str, Any] = {}
         self._build()
@@ -191,6 +178,7 @@ class Page:
         """Load the other places' views while the first one is read."""
         for module, _ in PLACES.values():
             await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
+        await jobs.slow(import_module, "seamap_rt.app.panels")  # and begin what draws
 
     def redraw_design(self) -> None:
         """The draft was changed from elsewhere."""
@@ -216,8 +204,8 @@ async def show(server: ServerState) -> None:
         ui.label("seamap_rt")
     await client.connected(timeout=20)
     await asyncio.to_thread(import_module, "seamap_rt.app.design_view")
-    width, dark = await ui.run_javascript(
-        "[window.innerWidth, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
+    width, height, dark = await ui.run_javascript(
+        "[window.innerWidth, window.innerHeight, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
     )
     waiting.delete()
-    Page(server, server.tab(client.tab_id or client.id), int(width), bool(dark))
+    Page(server, server.tab(client.tab_id or client.id), int(width), int(height), bool(dark))

@@ -1,11 +1,15 @@
-"""What a design is likely to do, at once and without simulating: the outlook, the link budget, closed forms, sizing."""
+"""What a design is likely to do, at once and without simulating: the outlook, the link budget, closed forms, sizing.
+
+And the graphs of that.
+"""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +24,10 @@ from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.precision import height_per_radian, noise_height_error
 from ..radar.waveform import RangeResponse
-from ..report.curves import analytic_share
+from ..report import style
+from ..report.curves import Curve, Graph, analytic_share, analytic_shares, draw_graph
+from ..report.page_elements import Image, Picture
+from ..report.spectrum_figures import draw_rose
 from ..scene import Scene
 from ..scene.agreement import run_bytes
 from ..sea import directional_density, spectral_system, wave_facts
@@ -214,3 +221,60 @@ def _spectrum(scene: Scene) -> Spectrum:
         else:
             density += directional_density(system, frequency, direction, depth)
     return Spectrum(frequency, direction, density, tuple(lines))
+
+
+# ------------------------------------------------------------------------------------------------------ graphs
+
+_WIDE, _HIGH = 3.9, 1.75  # inches
+
+
+def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> list[Image]:
+    """Of a design; beside: of the kept one, dashed."""
+    pictures = [
+        Picture(name, title, f"{title}, as a graph.", "", lambda graph=graph: draw_graph(graph, _WIDE, _HIGH))
+        for name, title, graph in _graphs(found, beside, scene)
+    ]
+    title, told = "Waves by frequency and the direction they come from", found.spectrum
+    rose = lambda: draw_rose(told.frequency, told.direction, told.density, told.lines, _WIDE)  # noqa: E731
+    pictures.append(Picture("spectrum", title, f"{title}, over the compass.", "", rose))
+    return [each.image(dark) for each in pictures]
+
+
+def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterator[tuple[str, str, Graph]]:
+    """Name, title and what is drawn."""
+    both = [(found, "-", ""), *([(beside, "--", ", kept")] if beside else [])]
+
+    def curves(x: str, y: str, words: str, colour: str) -> list[Curve]:
+        return [
+            Curve(f"{words}{tail}".removeprefix(", "), getattr(each, x), getattr(each, y), colour, dash)
+            for each, dash, tail in both
+        ]
+
+    def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Curve]:
+        return [
+            Curve(f"{words}{tail}", each.ahead_ground_m, factor * each.ahead.profile[name], colour, dash)
+            for each, dash, tail in both
+            if each.ahead is not None
+        ]
+
+    def by_range(y_label: str, drawn: Sequence[Curve], **more: Any) -> Graph:
+        return Graph("Ground range (m)", y_label, drawn, x_span=(0.0, float(found.ground_m[-1])), **more)
+
+    seen = [
+        *ahead("visible_fraction", "in sight", style.BLUE, 100.0),
+        *ahead("quality", "measured", style.GREEN, 100.0),
+    ]
+    seen += [each._replace(y=100.0 * each.y) for each in analytic_shares(found.ground_m, found.smith, found.wagner)]
+    yield "visible", "Share of the sea that is in sight, and that is measured", by_range("%", seen, y_span=(0.0, 102.0))
+    error = ahead("height_error", "of the map", style.VERMILION)
+    error += curves("ground_m", "noise_error_m", "noise of one dwell", style.GREY)
+    yield "error", "Height error", by_range("m", error, log=True)
+    snr = curves("ground_m", "snr_db", "", style.GREEN)
+    yield "snr", "One pulse's echo of the mean sea over noise", by_range("dB", snr)
+    places = [at for at in (20.0, 50.0, scene.radar.range_m[1]) if at > scene.radar.height_m]
+    marks = [(-float(np.degrees(np.arcsin(scene.radar.height_m / at))), f"{at:.0f} m") for at in places]
+    beam = curves("beam_deg", "beam_db", "", style.BLUE)
+    title, span = "Beam up and down, and where the sea is", (-40.0, 1.0)
+    yield "beam", title, Graph("Elevation (°)", "dB under the peak", beam, "", (-45.0, 30.0), span, marks=marks)
+    cycle = curves("ground_m", "ambiguity_m", "", style.ORANGE)
+    yield "cycle", "Height that a phase cycle is worth", by_range("m", cycle)

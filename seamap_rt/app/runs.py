@@ -7,7 +7,6 @@ import os
 import time
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -22,7 +21,8 @@ from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
 from ..session.pace import duration
 from .jobs import Job
-from .safety import is_text, unreadable_product
+from .serving import is_text, unreadable_product
+from .uploads import RecordingsPanel
 from .widgets import flat_button, round_button
 
 if TYPE_CHECKING:
@@ -116,16 +116,6 @@ def headline_of(folder: Path) -> str:
         return ""
 
 
-_TYPES = {  # a page of ours is shown, the others are saved
-    ".html": "text/html; charset=utf-8",
-    ".nc": "application/x-netcdf",
-    ".csv": "text/csv; charset=utf-8",
-    ".json": "application/json",
-    ".toml": "text/plain; charset=utf-8",
-    ".txt": "text/plain; charset=utf-8",
-    ".png": "image/png",
-    ".gif": "image/gif",
-}
 PRODUCTS = (  # that may be downloaded
     "report.html", "retrieval.html", "trade.html", "shadowing.html", "maps.nc", "truth.nc", "prediction.nc",
     "gauges.nc", "trade.nc", "shadowing.nc", "trade.csv", "shadowing.csv", "metrics.json", "scene.toml", "sea.nc",
@@ -152,13 +142,11 @@ def give_files(app: FastAPI, server: ServerState) -> None:
             return PlainTextResponse(f"{refusal}\n", 404)
         if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
-        kind, shown = _TYPES[file.suffix], file.suffix == ".html"
+        shown = file.suffix == ".html"  # a page of ours; the others are saved
         headers = {"content-security-policy": _OF_PAGES} if shown else {}
         disposition = "inline" if shown else "attachment"
         saved = f"{run.replace('/', '_')}_{name}"
-        return FileResponse(
-            file, media_type=kind, filename=saved, content_disposition_type=disposition, headers=headers
-        )
+        return FileResponse(file, filename=saved, content_disposition_type=disposition, headers=headers)
 
 
 def address(run: str, name: str) -> str:
@@ -186,11 +174,11 @@ class RunsView:
 
     def __init__(self, page: Page) -> None:
         self.page, self.queue = page, page.server.queue
-        self._shown: tuple[tuple[str, str], ...] = ()
+        self._shown: tuple[tuple[str, str], ...] | None = None
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
         self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
-        self._recordings: Any = None
+        self._recordings: RecordingsPanel | None = None
         self._recorded = ui.expansion("Recorded echoes", on_value_change=self._opened)
         self._recorded.classes("w-full section").props("dense").mark("recordings")
         with ui.row().classes("w-full items-center"):
@@ -200,16 +188,13 @@ class RunsView:
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
-    async def _opened(self, event: Any) -> None:
-        """What takes recordings, which is loaded when it is first wanted."""
-        if not event.value:
-            return
-        module = await asyncio.to_thread(import_module, "seamap_rt.app.recordings_view")
-        if self._recordings is None:
-            with self._recorded:
-                self._recordings = module.RecordingsPanel(self.page)
-        else:
+    def _opened(self, event: Any) -> None:
+        """What takes recordings, made when it is first wanted."""
+        if event.value and self._recordings is not None:
             self._recordings.fill()
+        elif event.value:
+            with self._recorded:
+                self._recordings = RecordingsPanel(self.page)
 
     async def enter_async(self) -> None:
         self._look()

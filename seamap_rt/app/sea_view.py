@@ -17,12 +17,13 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
-from . import drawing, figures
-from .views import Source
+from . import figures, jobs
+from .maps_panel import PHONE
+from .results import Source
 from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
@@ -148,33 +149,43 @@ def _sky(toward: Array, to_sun: Array) -> Array:
     return _LOW_SKY + (_HIGH_SKY - _LOW_SKY) * high + 0.12 * about * _SUN
 
 
-_MOST = 101  # points a side
+_MOST = 141  # points a side
+_AROUND = 1.3  # of the distance up to which nearly all heights lie
 _DARKENED = 0.45  # of a colour in the shadow
+_SOFT = 0.7  # points: of the shadow's edge
 _EXAGGERATED = 3.0  # heights, but for those that are seen from the mast
 _SUN_FROM_DEG = 225.0
+_FURTHER = 1.7
 _VIEWS = {"above": "From above", "side": "From the side", "mast": "From the mast"}
 
 
 def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, NDArray, NDArray, NDArray, float]:
-    """East (x,), north (y,), height (y, x) [m], whether in sight (y, x), and the half span of the heights."""
-    step = max(1, -(-max(source.layout.x.size, source.layout.y.size) // _MOST))
-    x, y = source.layout.x[::step], source.layout.y[::step]
+    """East (x,), north (y,), height (y, x) [m], share in sight (y, x), and the half span of the heights.
+
+    Of the sea about the part that was measured.
+    """
+    distance = np.hypot(*np.meshgrid(source.layout.x, source.layout.y))
+    seen = source.seen(turn)
+    if source.results.has_maps:
+        known = np.isfinite(source.results.field("maps/ground/height", turn))
+        seen &= distance <= (_AROUND * np.quantile(distance[known], 0.95) if known.any() else np.inf)
+    step = max(1, -(-int(max(seen.any(axis=0).sum(), seen.any(axis=1).sum())) // _MOST))
+    x, y, seen = source.layout.x[::step], source.layout.y[::step], seen[::step, ::step]
     mapped = source.results.has_maps
     name = "maps/ground/height" if mapped and (retrieved or not source.results.has_truth) else "truth/ground/height"
     height = source.results.field(name, turn)[::step, ::step].astype(np.float64)
-    seen = source.seen(turn)[::step, ::step]
     height = np.where(seen, height, np.nan)
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     down, along = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     x, y, height = x[along], y[down], height[down, along]
-    lit = np.ones(height.shape, dtype=bool)
+    lit = np.ones(height.shape)
     if source.results.has_truth:
         lit = _in_sight(source, turn, x, y)
     limit = float(np.nanquantile(np.abs(height), 0.995)) if np.isfinite(height).any() else 1.0
     return x, y, height, lit, max(limit, 0.05)
 
 
-def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> NDArray[np.bool_]:
+def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> Array:
     visible = source.results.field("truth/polar/visible_fraction", turn)
     east, north = np.meshgrid(x, y)
     bearing = np.degrees(np.arctan2(east, north))
@@ -183,7 +194,7 @@ def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> NDArray[np.b
     ring = (looks % 360.0)[order]
     look = order[np.searchsorted(ring, bearing % 360.0) % ring.size]
     gate = np.clip(np.searchsorted(source.ground_m, np.hypot(east, north)), 0, source.ground_m.size - 1)
-    return visible[look, gate] > 0.5
+    return gaussian_filter(np.nan_to_num(visible[look, gate]).astype(np.float64), _SOFT)
 
 
 class SeaPanel:
@@ -197,7 +208,7 @@ class SeaPanel:
             toggle = ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
             toggle.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
-        self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full").mark("sea-3d")
+        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
             self._picture.props('alt="The sea as one sees it from the mast"')
@@ -224,7 +235,7 @@ class SeaPanel:
         retrieved = bool(self._retrieved.value)
         if mast:
             azimuth = float(self._look.value or 0.0)
-            made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
+            made = await jobs.slow(from_mast, source, turn, retrieved, azimuth)
             self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
@@ -232,8 +243,9 @@ class SeaPanel:
                 + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
             )
             return
+        page = self.view.page
         self.plot.update_figure(
-            await drawing.slow(sea_figure, source, turn, retrieved, self._camera, self.view.page.dark)
+            await jobs.slow(sea_figure, source, turn, retrieved, self._camera, page.dark, page.width < PHONE)
         )
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "
@@ -265,14 +277,14 @@ class SeaPanel:
         self.view.page.see(folder)
 
 
-def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool) -> figures.Figure:
-    """The surface with the mast. camera: above or side."""
+def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool, narrow: bool) -> figures.Figure:
+    """The surface with the mast. camera: above or side. narrow: for a phone, from further away."""
     x, y, height, lit, limit = sea_surface(source, turn, retrieved)
     mast_m = source.height_m
     surface = _mesh(x, y, height, lit, limit)
     mast = {
         "type": "scatter3d", "x": [0, 0], "y": [0, 0], "z": [0, mast_m], "mode": "lines+markers",
-        "line": {"color": figures.ORANGE, "width": 6}, "marker": {"size": 3, "color": figures.ORANGE},
+        "line": {"color": style.ORANGE, "width": 6}, "marker": {"size": 3, "color": style.ORANGE},
         "hoverinfo": "skip", "showlegend": False,
     }  # fmt: skip
     wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)
@@ -287,15 +299,15 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
         "y": float(np.ptp(y)) / wide * 1.6,
         "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
     }
-    scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera)}
+    scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera, _FURTHER if narrow else 1.0)}
     look = figures.layout(dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=camera)
     return figures.figure([surface, mast], look, figures.CONFIG)
 
 
-def _eye(camera: str) -> figures.Figure:
-    """Where one looks from, in units of the box that is drawn, whose middle is 0."""
-    eye = {"x": 0.0, "y": -0.75, "z": 1.95} if camera == "above" else {"x": 0.9, "y": -0.95, "z": 0.35}
-    return {"eye": eye, "up": {"x": 0, "y": 0, "z": 1}}
+def _eye(camera: str, apart: float) -> figures.Figure:
+    """Where one looks from, in units of the box that is drawn, whose middle is 0. apart: how many times as far."""
+    eye = (0.0, -0.75, 1.95) if camera == "above" else (0.9, -0.95, 0.35)
+    return {"eye": {name: apart * at for name, at in zip("xyz", eye, strict=True)}, "up": {"x": 0, "y": 0, "z": 1}}
 
 
 def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
@@ -307,7 +319,7 @@ def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) ->
     return mast_picture(height, source.layout.x, source.layout.y, known, max(source.height_m, 1.0), azimuth_deg)
 
 
-def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: NDArray[np.bool_], limit: float) -> figures.Figure:
+def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> figures.Figure:
     """Two triangles a cell. Each point has the colour of its height, as bright as the sun makes it, and dark where it
     is hidden from the antennas."""
     rows, columns = height.shape
@@ -317,7 +329,7 @@ def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: NDArray[np.bool_], limit
     flat = height.ravel()
     corners = corners[np.isfinite(flat[corners]).all(axis=1)]
     share = np.clip(np.nan_to_num(flat) / (2.0 * limit) + 0.5, 0.0, 1.0)
-    bright = lambert(height, x, y, sun(_SUN_FROM_DEG), _EXAGGERATED) * np.where(lit, 1.0, _DARKENED)
+    bright = lambert(height, x, y, sun(_SUN_FROM_DEG), _EXAGGERATED) * (_DARKENED + (1.0 - _DARKENED) * lit)
     bright = np.clip(bright / lambert(np.zeros((2, 2)), x[:2], y[:2], sun(_SUN_FROM_DEG))[0, 0], 0.0, 1.35)
     colour = np.clip(mpl.colormaps[style.HEIGHT_COLOURS](share)[:, :3] * bright.reshape(-1, 1), 0.0, 1.0)
     levels = np.rint(255.0 * colour).astype(int)

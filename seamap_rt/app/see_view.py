@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +14,23 @@ from nicegui import ui
 
 from ..conventions import turn_name
 from ..errors import InputError
-from . import drawing
+from . import jobs
+from .figures import MapPanels
+from .forecast_view import ForecastPanel, IssuesPanel
 from .maps_panel import MapsPanel
-from .pictures import MapPanels
-from .results import Results
+from .panels import (
+    GaugePanel,
+    PicturedPanel,
+    RangePanel,
+    SectionPanel,
+    ShadowingPanel,
+    StatePanel,
+    turn_csv,
+    turn_png,
+)
+from .results import MAP_VIEWS, Results, Source
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
-from .views import MAP_VIEWS, Source
+from .sea_view import SeaPanel
 from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
@@ -64,7 +74,7 @@ class SeeView:
         drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
         with ui.column().classes("w-full min-w-0") as self._stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
-                self.maps = MapsPanel(page.width, page.dark, self._cut)
+                self.maps = MapsPanel(page, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
         self.easel = Canvas(grey_of(drawn, self._stage))
@@ -143,7 +153,7 @@ class SeeView:
         try:
             if self.source is None:
                 folder = self.page.server.roots.run(run)
-                if await self._is_study(folder):
+                if self._is_study(folder):
                     return
                 opened = await asyncio.to_thread(_opened, folder)
                 if run != self.tab.run:  # another was chosen meanwhile
@@ -176,7 +186,7 @@ class SeeView:
             self._slider.value = self.tab.turn + 1
             self.redraw()
 
-    async def _is_study(self, folder: Path) -> bool:
+    def _is_study(self, folder: Path) -> bool:
         """Whether a folder has no turns but is shown all the same; then it is."""
         if self._study == self.tab.run:
             return True
@@ -184,12 +194,10 @@ class SeeView:
         if kind not in _STUDIES or (job is not None and not job.over):
             return False
         self._study = self.tab.run
-        module, name = _STUDIES[kind]
-        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
         self._fill_menu()
         self._study_place.clear()
         with self._study_place:
-            panel = made(self)
+            panel = _STUDIES[kind](self)
         self._place_shown(self._study_place)
         self.draw_beside(panel.show_folder(folder), self._study)
         return True
@@ -265,7 +273,7 @@ class SeeView:
     async def _draw_turn(self, source: Source, view: str, turn: int) -> None:
         when = await asyncio.to_thread(source.results.time, turn)
         if view in MAP_VIEWS:
-            self._show_maps(await drawing.quick(Source.view, source, view, turn), view)
+            self._show_maps(await jobs.quick(Source.view, source, view, turn), view)
         else:
             await self._show_curves(source, view, turn)
         self._name_turn(f" · {when:.1f} s")
@@ -288,14 +296,12 @@ class SeeView:
         dark = self.page.dark
         key = (self.tab.run, view, dark)
         fresh = key != self._shown_key
-        module, name = _PANELS[view]
-        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
         self._place_shown(self._curves_place)
         if fresh:
             self._shown_key = key
             self._curves_place.clear()
             with self._curves_place:
-                self._panel: Any = made(self)
+                self._panel: Any = _PANELS[view](self)
         await self._panel.show(source, turn)
 
     # ------------------------------------------------------------------------------------------------- the time
@@ -367,19 +373,15 @@ class SeeView:
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
-        from .curve_panels import turn_csv
-
         if self.source is not None:
             name = self._file("csv")
-            ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
+            ui.download.content(await jobs.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
-        from .curve_panels import turn_png
-
         if self.source is not None:
             name = self._file("png")
             self._say.set_text("drawing …")
-            made = await drawing.slow(turn_png, self.source, self.tab.turn)
+            made = await jobs.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
                 ui.download.content(made, name)
@@ -390,16 +392,16 @@ def _opened(folder: Path) -> Source | None:
     return Source(results) if results.turns() else None
 
 
-_PANELS = {  # and what shows them: loaded when a view is first chosen
-    "section": ("curve_panels", "SectionPanel"),
-    "range": ("curve_panels", "RangePanel"),
-    "state": ("curve_panels", "StatePanel"),
-    "gauges": ("study_views", "GaugePanel"),
-    "forecast": ("forecast_view", "ForecastPanel"),
-    "sea": ("sea_view", "SeaPanel"),
+_PANELS: dict[str, Callable[[SeeView], Any]] = {
+    "section": SectionPanel,
+    "range": RangePanel,
+    "state": StatePanel,
+    "gauges": GaugePanel,
+    "forecast": ForecastPanel,
+    "sea": SeaPanel,
 }
-_STUDIES = {  # kinds of folders without turns, and what shows them
-    "shadowing": ("study_views", "ShadowingPanel"),
-    "sea": ("study_views", "PicturedPanel"),
-    "forecast": ("forecast_view", "IssuesPanel"),
+_STUDIES: dict[str | None, Callable[[SeeView], Any]] = {  # kinds of folders without turns
+    "shadowing": ShadowingPanel,
+    "sea": PicturedPanel,
+    "forecast": IssuesPanel,
 }

@@ -18,6 +18,7 @@ from nicegui import events, ui
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
 from ..io.scenefile import apply_overrides
+from ..report import style
 from ..report.keys import words_of
 from ..scene import Scene, scene_of
 from ..studies.point import MANIFEST
@@ -26,7 +27,7 @@ from . import figures
 from .draft import Field, parts_of
 from .prospects import run_seconds
 from .runs import address, duration, find_runs, products_of
-from .safety import Roots, safe_name
+from .serving import Roots, safe_name
 from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
-    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.PURPLE, figures.ORANGE, figures.SKY)
+    colours = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]
@@ -197,7 +198,7 @@ class TradeView:
             self._measure.on_value_change(self._again)
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
-        self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
+        self._plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
@@ -238,19 +239,20 @@ class TradeView:
 
     # ----------------------------------------------------------------------------------------------- asking
 
-    @property
-    def _vary(self) -> list[str]:
-        return [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
+    def _words(self) -> tuple[list[str], list[str], int]:
+        """What is varied, the command's words and how many points that is. InputError, ValueError where it is none."""
+        vary = [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
+        seeds = int(self._seeds.value or 0)
+        words = command_words(vary, seeds, self._at_most.value)
+        if not vary:
+            raise InputError("Choose a key, and its values in the units of the scene file.")
+        return vary, words, count_of(vary, seeds)
 
     def _counted(self, _: Any = None) -> None:
         """How many points that is, or why it is none."""
         try:
-            vary, seeds = self._vary, int(self._seeds.value or 0)
-            command_words(vary, seeds, self._at_most.value)
-            if not vary:
-                self._said.set_text("Choose a key, and its values in the units of the scene file.")
-                return
-            count, scene = count_of(vary, seeds), self.tab.draft.scene
+            *_, count = self._words()
+            scene = self.tab.draft.scene
             self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
@@ -267,11 +269,7 @@ class TradeView:
             self._said.set_text("The design does not stand yet: mend in Design what is marked.")
             return
         try:
-            vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = command_words(vary, seeds, self._at_most.value)
-            if not vary:
-                raise InputError("Choose a key, and its values.")
-            count = count_of(vary, seeds)
+            vary, words, count = self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
@@ -295,7 +293,7 @@ class TradeView:
         if self.tab.place != "Trade":
             return
         if not name:
-            self._note.set_text("No trade yet: choose a key and its values, and press Trade.")
+            self._note.set_text("No trade yet: choose a key and its values, and press Run all points.")
             self._plot.set_visibility(False)
             self._chosen_row.set_visibility(False)
             return

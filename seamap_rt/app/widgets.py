@@ -15,6 +15,11 @@ from nicegui import ui
 from ..conventions import written
 from ..report.page_elements import Image, Picture
 
+_COLUMNS = {  # of images: whether there are several, and whether they are small
+    (False, False): "",
+    (True, False): "2xl:grid-cols-2",
+    (True, True): "md:grid-cols-2 2xl:grid-cols-3 small-figures",
+}
 _WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
 
 
@@ -66,12 +71,12 @@ def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
 
 
 class Images:
-    """A place for figures; one that is drawn anew keeps its element. columns: side by side where the window is wide."""
+    """A place for figures; one that is drawn anew keeps its element. columns: side by side where the window is wide;
+    small: which fit a phone."""
 
-    def __init__(self, *, columns: bool = False) -> None:
+    def __init__(self, *, columns: bool = False, small: bool = False) -> None:
         self._place = ui.element("div").classes("w-full min-w-0 grid gap-2 grid-cols-1")
-        if columns:
-            self._place.classes("2xl:grid-cols-2")
+        self._place.classes(_COLUMNS[small or columns, small])
         self._shown: dict[str, tuple[ui.label, ui.element, ui.label]] = {}
 
     def show(self, images: Iterable[Image]) -> None:

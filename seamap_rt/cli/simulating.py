@@ -85,8 +85,8 @@ def run(
     """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report."""
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
-    from ..report import warnings
     from ..report.headline import forecast_line, verdict, window_line
+    from ..report.sea_statistics import warnings
     from ..session import run as run_scene
     from ..session.report_process import ReportProcess, is_compiled
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -44,11 +44,53 @@ class ByRange:
 
 
 class Curve(NamedTuple):
-    """What stands beside figures: label, x and y."""
+    """Of a graph: label, x and y, and how it is drawn."""
 
     label: str
     x: Array
     y: Array
+    colour: str = style.BLACK
+    dash: str = "-"
+    width: float = 1.3
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Curves over one pair of axes. x_span, y_span: their limits, None where the curves set them. log: the ordinate.
+    marks: abscissae that are marked upright, with words. place: of the legend."""
+
+    x_label: str
+    y_label: str
+    curves: Sequence[Curve]
+    title: str = ""
+    x_span: tuple[float, float] | None = None
+    y_span: tuple[float, float] | None = None
+    log: bool = False
+    marks: Sequence[tuple[float, str]] = ()
+    place: Literal["best", "upper right", "lower left"] = "best"
+
+
+@style.styled
+def draw_graph(graph: Graph, wide: float = style.WIDTH, high: float = 2.6) -> Figure:
+    """wide: of the figure, high: of its axes; inches."""
+    top = 0.28 if graph.title else 0.1
+    figure = style.new_figure(top + high + 0.47, wide)
+    axes = style.place(figure, 0.62, top, wide - 0.62 - 0.12, high)
+    style.graph(axes, graph.x_label, graph.y_label, graph.title)
+    if graph.log:
+        axes.set_yscale("log")
+    for each in graph.curves:
+        axes.plot(each.x, each.y, color=each.colour, linestyle=each.dash, linewidth=each.width, label=each.label)
+    axes.set_xlim(graph.x_span)
+    axes.set_ylim(graph.y_span)
+    for at, words in graph.marks:
+        axes.axvline(at, color=style.GREY, linestyle=":", linewidth=0.9)
+        axes.text(at, 0.02, f" {words}", color=style.GREY, transform=axes.get_xaxis_transform(), rotation=90.0)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc=graph.place)
+    if not any(np.isfinite(each.y).any() for each in graph.curves):
+        style.note(axes, "not known")
+    return figure
 
 
 def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> Figure:
@@ -150,13 +192,13 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
     ground = reduce.ground_range(reduce.coordinate(truth, "polar", "range"), height)
     visible = reduce.polar(truth, "visible_fraction")
     drawn = [
-        Share(f"{name} ±22.5°", *_binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1))), colour, "-", 1.0)
+        Curve(f"{name} ±22.5°", *_binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1))), colour, "-", 1.0)
         for name, colour, looks in _sectors(scene, azimuth)
     ]
-    drawn.append(Share("all looks", ground, reduce.mean(visible, axis=(0, 1)), style.BLACK, "-", 1.5))
+    drawn.append(Curve("all looks", ground, reduce.mean(visible, axis=(0, 1)), style.BLACK, "-", 1.5))
     if scene.tracing.diffraction != "none":
         lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
-        drawn.append(Share("power, with diffraction", ground, lit, style.SKY, ":", 1.5))
+        drawn.append(Curve("power, with diffraction", ground, lit, style.SKY, ":", 1.5))
     slope, _ = reduce.slope_rms_along_look(truth, metrics)
     beyond = ground[ground > 0.0]
     if np.isfinite(slope) and beyond.size:
@@ -164,54 +206,35 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
     return draw_shares(drawn, low=np.nan_to_num(visible[..., -1]).mean() <= 0.6)
 
 
-class Share(NamedTuple):
-    """A share of the sea or of the cells against ground range [m]: label, x, y and how it is drawn."""
-
-    label: str
-    x: Array
-    y: Array
-    colour: str
-    dash: str
-    width: float
-
-
-def analytic_shares(ground_m: Array, smith: Array, wagner: Array, slope: str = "") -> list[Share]:
+def analytic_shares(ground_m: Array, smith: Array, wagner: Array, slope: str = "") -> list[Curve]:
     """The closed forms, as all figures draw them."""
     return [
-        Share(f"Wagner 1967{slope}", ground_m, wagner, style.PURPLE, "-.", 1.0),
-        Share(f"Smith 1967{slope}", ground_m, smith, style.ORANGE, "--", 1.0),
+        Curve(f"Wagner 1967{slope}", ground_m, wagner, style.PURPLE, "-.", 1.0),
+        Curve(f"Smith 1967{slope}", ground_m, smith, style.ORANGE, "--", 1.0),
     ]
 
 
-def run_shares(told: Mapping[str, ByRange]) -> list[Share]:
+def run_shares(told: Mapping[str, ByRange]) -> list[Curve]:
     """What is in sight and which cells have a height, of one run or of several by name."""
     made = []
     for (name, each), colour in zip(told.items(), _OF_RUNS if len(told) > 1 else (style.BLACK,), strict=False):
         tail = f", {style.plain(name)}" if len(told) > 1 else ""
-        made.append(Share(f"in sight of both antennas{tail}", each.centre_m, each.visible, colour, "-", 1.5))
+        made.append(Curve(f"in sight of both antennas{tail}", each.centre_m, each.visible, colour, "-", 1.5))
         heights = colour if len(told) > 1 else style.BLUE
-        made.append(Share(f"cells with a height{tail}", each.centre_m, each.answered, heights, ":", 1.5))
+        made.append(Curve(f"cells with a height{tail}", each.centre_m, each.answered, heights, ":", 1.5))
     return [each for each in made if np.nansum(each.y) > 0.0]
 
 
-@style.styled
-def draw_shares(shares: Sequence[Share], low: bool = True) -> Figure:
-    """Shares against ground range. low: whether they end low, so that the legend stands above."""
-    figure = style.new_figure(3.35)
-    axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.62 - 0.12, 2.6)
-    style.graph(axes, "Ground range (m)", "Share (%)", "Share of the sea's horizontal area that both antennas see")
-    for each in shares:
-        axes.plot(
-            each.x, 100.0 * each.y, color=each.colour, linestyle=each.dash, linewidth=each.width, label=each.label
-        )
+def draw_shares(shares: Sequence[Curve], low: bool = True) -> Figure:
+    """Shares of the sea or of the cells against ground range. low: whether they end low: the legend stands above."""
     far = max((float(each.x.max()) for each in shares if each.x.size), default=0.0)
-    axes.set_ylim(0.0, 104.0)
-    axes.set_xlim(0.0, 1.01 * far if far > 0.0 else 1.0)
-    if axes.lines:
-        axes.legend(loc="upper right" if low else "lower left")
-    if not any(np.isfinite(each.y).any() for each in shares):
-        style.note(axes, "visible share unknown")
-    return figure
+    return draw_graph(
+        Graph(
+            "Ground range (m)", "Share (%)", [each._replace(y=100.0 * each.y) for each in shares],
+            "Share of the sea's horizontal area that both antennas see", (0.0, 1.01 * far if far > 0.0 else 1.0),
+            (0.0, 104.0), place="upper right" if low else "lower left",
+        )
+    )  # fmt: skip
 
 
 def analytic_share(ground_m: Array, height_m: float, slope_rms: float) -> tuple[Array, Array]:

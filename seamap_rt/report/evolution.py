@@ -22,7 +22,7 @@ from ..conventions import turn_name
 from ..metrics import HALF_VISIBLE, error_figures
 from ..scene import Scene
 from . import reduce, style
-from .maps import height_limit
+from .maps import draw_ground, height_limit
 from .page_elements import Picture, Table, digits, percent
 from .reduce import Array
 from .style import gif
@@ -135,7 +135,7 @@ def _frames(
 
 def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: str) -> AxesImage:
     """Set up the axes of one map and draw its first turn; grey is where the radar looks."""
-    x, y = (reduce.edges(reduce.coordinate(tree, "ground", name)) for name in ("x", "y"))
+    x, y = (reduce.coordinate(tree, "ground", name) for name in ("x", "y"))
     near = float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
     start, stop = scene.radar.sector_deg
     if not scene.platform.speed_m_s:
@@ -144,11 +144,8 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
             facecolor=style.BLANK, edgecolor="none", zorder=1.0,
         )  # fmt: skip
         axes.add_patch(wedge)
-    image = axes.imshow(
-        style.masked(_heights(tree, 0)), origin="lower", extent=(x[0], x[-1], y[0], y[-1]), interpolation="nearest",
-        vmin=-stage.limit, vmax=stage.limit, cmap=style.colours(style.HEIGHT_COLOURS), zorder=2.0,
-    )  # fmt: skip
-    axes.set_aspect("equal")
+    limit = stage.limit
+    image = draw_ground(axes, (x, y, _heights(tree, 0)), style.HEIGHT_COLOURS, -limit, limit)
     axes.set_xlim(stage.west, stage.east)
     axes.set_ylim(stage.south, stage.north)
     axes.set_title(title)
@@ -156,7 +153,6 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
     axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none", zorder=4.0)
     for gauge in scene.gauges:
         axes.plot(*gauge.position, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
-    style.few_ticks(axes)
     return image
 
 

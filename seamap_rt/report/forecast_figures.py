@@ -19,6 +19,7 @@ from ..forecast_errors import Verified, prediction_time, warm
 from ..scene import Scene
 from ..window_errors import Class, Windows, area, hits_and_alarms, reliability
 from . import reduce, style
+from .maps import draw_ground
 from .page_elements import Picture, Table, digits, percent
 from .style import gif
 
@@ -119,18 +120,13 @@ def wave_field(scene: Scene, maps: xr.DataTree, field: xr.Dataset) -> Figure:
     limit = 2.5 * sigma
     panel, gap, left = 2.85, 0.32, 0.55
     figure = style.new_figure(2.0 * (panel + 0.35) + 1.0)
-    edges = reduce.edges(x), reduce.edges(y)
-    extent = edges[0][0], edges[0][-1], edges[1][0], edges[1][-1]
     titles = ("(a) One turn's map", "(b) Reconstructed", "(c) True", "(d) Stated error")
     for number, (title, values) in enumerate(zip(titles, (alone, *shown, stated), strict=True)):
         column, row = number % 2, number // 2
         axes = style.place(figure, left + column * (panel + gap + 0.2), 0.3 + row * (panel + 0.42), panel, panel)
         of_error = number == 3
-        image = axes.imshow(
-            style.masked(values), origin="lower", extent=extent, interpolation="nearest",
-            vmin=0.0 if of_error else -limit, vmax=1.0 if of_error else limit,
-            cmap=style.colours(style.SPREAD_COLOURS if of_error else style.HEIGHT_COLOURS),
-        )  # fmt: skip
+        colours = style.SPREAD_COLOURS if of_error else style.HEIGHT_COLOURS
+        image = draw_ground(axes, (x, y, values), colours, *((0.0, 1.0) if of_error else (-limit, limit)))
         axes.set_facecolor(style.BLANK)
         axes.set_title(title)
         axes.plot(*_boat(scene, maps), marker="^", color="black", markersize=3.5, linestyle="none")
@@ -209,7 +205,8 @@ def _mark_end(axes: Axes, longest_s: float | None) -> None:
     """The maximum prediction time, upright."""
     if longest_s is not None:
         axes.axvline(longest_s, color=style.ORANGE, linestyle="-.", linewidth=0.9)
-        axes.text(longest_s, 0.02, f" {longest_s:.0f} s", color=style.ORANGE, transform=axes.get_xaxis_transform())
+        words, where = f"{longest_s:.0f} s ", axes.get_xaxis_transform()
+        axes.text(longest_s, 0.02, words, color=style.ORANGE, transform=where, ha="right")
 
 
 def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | None) -> None:

@@ -197,6 +197,22 @@ def _round_up(value: float) -> float:
 # ----------------------------------------------------------------------------------------------------- the ground
 
 
+def draw_ground(
+    axes: Axes, grid: tuple[Array, Array, Array], cmap: str, vmin: float, vmax: float, side: float = 1.0, **more: Any
+) -> AxesImage:
+    """A field (y, x) over x and y [m], north up; what is not known is see-through. side: of a cell that stands alone;
+    more: of `imshow`."""
+    x, y, values = reduce.edges(grid[0], side), reduce.edges(grid[1], side), style.masked(grid[2])
+    how = {"interpolation": "nearest", "interpolation_stage": "rgba", "zorder": 2.0, **more}
+    extent = x[0], x[-1], y[0], y[-1]
+    image = axes.imshow(
+        values, origin="lower", extent=extent, cmap=style.colours(cmap), vmin=vmin, vmax=vmax, **how
+    )  # fmt: skip
+    axes.set_aspect("equal")
+    style.few_ticks(axes)
+    return image
+
+
 def _ground(tree: xr.DataTree, name: str, turn: int) -> tuple[Array, Array, Array]:
     """x and y, rising, and the variable (y, x) of one turn."""
     variable = tree["ground"].dataset[name].isel(turn=turn).sortby(["y", "x"])
@@ -252,20 +268,11 @@ def _panel(
     **scale: Any,
 ) -> AxesImage:
     """One map of ground cells. Cells without a value let the grey of the looked-at area show."""
-    x, y, values = grid
+    x = grid[0]
     axes = style.place(figure, _LEFT + column * (frame.width + _GAP), top, frame.width, frame.height)
-    x_edges, y_edges = reduce.edges(x, scene.retrieval.ground_m), reduce.edges(y, scene.retrieval.ground_m)
-    scale["cmap"] = style.colours(scale["cmap"])
-    pixels = frame.width * style.DPI * (x_edges[-1] - x_edges[0]) / (frame.east - frame.west)
-    image = axes.imshow(
-        style.masked(values),
-        origin="lower",
-        extent=(x_edges[0], x_edges[-1], y_edges[0], y_edges[-1]),
-        interpolation="nearest" if x.size <= pixels else "antialiased",
-        interpolation_stage="rgba",
-        zorder=2.0,
-        **scale,
-    )
+    pixels = frame.width * style.DPI * (x[-1] - x[0] + scene.retrieval.ground_m) / (frame.east - frame.west)
+    how = "nearest" if x.size <= pixels else "antialiased"
+    image = draw_ground(axes, grid, side=scene.retrieval.ground_m, interpolation=how, **scale)
     _furnish(axes, frame, scene, title, blank=style.BLANK)
     if column == 0:
         axes.set_ylabel("North of antenna (m)", labelpad=1.0)

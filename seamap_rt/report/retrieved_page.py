@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..inspection import Finding, Level
 from . import reduce, style
+from .maps import draw_ground
 from .page_elements import Cell, Fold, Image, Table, html_page
 
 RETRIEVED = "retrieval.html"
@@ -94,29 +95,16 @@ def draw_heights(ground: xr.Dataset) -> Figure:
 
 
 def _ground_image(axes: Axes, ground: xr.Dataset, values: Array, colours: str, scale: tuple[float, float]) -> AxesImage:
+    """The field, framed by what is known of it: a narrow sector fills the frame as well."""
     x, y = (np.asarray(ground[name].values, dtype=np.float64) for name in ("x", "y"))
-    side = float(x[1] - x[0]) if x.size > 1 else 1.0
-    west, east, south, north = (float(each) for each in (x[0], x[-1], y[0], y[-1]))
     axes.set_facecolor(style.BLANK)
+    image = draw_ground(axes, (x, y, values), colours, *scale)
     seen = np.isfinite(values)
-    columns, rows = np.flatnonzero(seen.any(axis=0)), np.flatnonzero(seen.any(axis=1))
-    image = axes.imshow(
-        style.masked(values),
-        origin="lower",
-        extent=(west - 0.5 * side, east + 0.5 * side, south - 0.5 * side, north + 0.5 * side),
-        cmap=style.colours(colours),
-        vmin=scale[0],
-        vmax=scale[1],
-        interpolation="nearest",
-    )
-    if columns.size:  # a narrow sector fills the frame as well
-        west, east, south, north = (float(each) for each in (*x[columns[[0, -1]]], *y[rows[[0, -1]]]))
-        middle = 0.5 * (west + east), 0.5 * (south + north)
-        half = 0.52 * max(east - west, north - south, 10.0 * side)
-        axes.set_xlim(middle[0] - half, middle[0] + half)
-        axes.set_ylim(middle[1] - half, middle[1] + half)
-    axes.set_aspect("equal")
-    style.few_ticks(axes)
+    if seen.any():
+        ends = [each[np.flatnonzero(some)[[0, -1]]] for each, some in ((x, seen.any(axis=0)), (y, seen.any(axis=1)))]
+        half = 0.52 * max(*(float(np.ptp(each)) for each in ends), 10.0 * float(np.diff(x[:2]).max(initial=0.0)) or 1.0)
+        axes.set_xlim(ends[0].mean() - half, ends[0].mean() + half)
+        axes.set_ylim(ends[1].mean() - half, ends[1].mean() + half)
     return image
 
 

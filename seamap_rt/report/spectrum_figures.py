@@ -6,7 +6,7 @@ Directions are those the waves come from.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -122,6 +122,24 @@ def draw_compass(
     axes.tick_params(axis="y", labelsize=style.FONT - 1.0, colors=style.ON_COLOURS)
     axes.grid(True, color=style.ON_COLOURS, alpha=0.85, linewidth=0.35)
     return drawn
+
+
+@style.styled
+def draw_rose(
+    frequency: Array, from_deg: Array, density: Array, lines: Sequence[tuple[float, float, float]], wide: float
+) -> Figure:
+    """A density (frequency, direction) over the compass. lines: regular or long-crested systems, as frequency [Hz],
+    direction and height [m]. wide: inches."""
+    figure = style.new_figure(3.2, wide)
+    axes: Any = style.place(figure, 0.5 * wide - 1.1, 0.25, 2.2, 2.2, projection="polar")
+    drawn = draw_compass(axes, frequency, from_deg, density, float(density.max(initial=0.0)), float(frequency[-1]))
+    for at, direction, height in lines:
+        axes.plot(np.radians(direction), at, "o", color=style.VERMILION, markeredgecolor="white", markersize=5.0)
+        axes.annotate(f" {height:.2g} m", (np.radians(direction), at), color=style.ON_COLOURS)
+    axes.set_rlabel_position(from_deg[np.argmax(density.max(axis=0))] + 157.5)
+    if drawn is not None:
+        style.colour_bar(figure, drawn, 0.5 * wide - 1.0, 2.72, 2.0, _DENSITY, "neither")
+    return figure
 
 
 def _reach(spectrum: xr.Dataset, systems: list[_System]) -> float:

@@ -108,9 +108,9 @@ def _turn_greys(figure: Figure) -> None:
             put(colour)
 
 
-def new_figure(height: float) -> Figure:
-    """An empty figure as wide as the page, `height` inches high."""
-    figure = Figure(figsize=(WIDTH, height))
+def new_figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure, as wide as the page unless told otherwise; inches."""
+    figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
 

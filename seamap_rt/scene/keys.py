@@ -108,12 +108,12 @@ def _key(section: KeySection, name: str) -> str:
 def _section(path: str, many: bool, meaning: str, section: Schema, schema: Schema) -> Iterator[KeySection]:
     """A section, then those in it; without keys that stand in another one, whose values they take when left out."""
     keys = {n: key for n, key in section["properties"].items() if not key.get("left_out", "").startswith("that of ")}
-    inner = {name: key for name, key in keys.items() if _sections(key, schema)}
+    inner = {name: key for name, key in keys.items() if sections_of(key, schema)}
     plain = {name: key for name, key in keys.items() if name not in inner}
     rows = tuple(_row(name, key, name in section.get("required", ())) for name, key in plain.items())
     yield KeySection(path, many, meaning, _paragraphs(section), rows)
     for name, key in inner.items():
-        sections, listed = _sections(key, schema), key.get("type") == "array"
+        sections, listed = sections_of(key, schema), key.get("type") == "array"
         below = f"{path}.{name}" if path else name
         if len(sections) > 1:
             yield _kinds(below, key, sections)
@@ -139,7 +139,7 @@ def _kinds(path: str, key: Schema, sections: list[Schema]) -> KeySection:
 
 def _row(name: str, key: Schema, needed: bool) -> KeyRow:
     default = "needed" if needed else _default(key)
-    return KeyRow(name, key["unit"] or "", default, _limit(key), key["description"])
+    return KeyRow(name, key["unit"] or "", default, limit_of(key), key["description"])
 
 
 def _default(key: Schema) -> str:
@@ -158,15 +158,15 @@ def _value(value: Any) -> str:
     return value if value == "inf" else f'"{value}"'
 
 
-def _limit(key: Schema) -> str:
-    """Choices or bounds, and in brackets the reason of the bounds."""
+def limit_of(key: Schema, write: Callable[[Any], str] = _value) -> str:
+    """Choices or bounds, and in brackets the reason of the bounds. write: how a number is written."""
     kinds = [kind for kind in key.get("anyOf", [key]) if kind.get("type") != "null"]
-    bounds = " or ".join(filter(None, (_bounds(kind) for kind in kinds)))
+    bounds = " or ".join(filter(None, (_bounds(kind, write) for kind in kinds)))
     reason = key.get("reason", "")
     return f"{bounds} ({reason})" if bounds and reason else bounds or reason
 
 
-def _bounds(kind: Schema) -> str:
+def _bounds(kind: Schema, write: Callable[[Any], str]) -> str:
     if "enum" in kind:
         return ", ".join(f"`{choice}`" for choice in kind["enum"])
     if "const" in kind:
@@ -174,19 +174,19 @@ def _bounds(kind: Schema) -> str:
     if kind.get("type") == "boolean":
         return "`true`, `false`"
     if entries := kind.get("prefixItems"):
-        each = [_bounds(entry) for entry in entries]
+        each = [_bounds(entry, write) for entry in entries]
         return each[0] and (f"each {each[0]}" if len(set(each)) == 1 else f"the first {each[0]}")
     if "minimum" in kind and "maximum" in kind:
-        return f"{_value(kind['minimum'])} to {_value(kind['maximum'])}"
+        return f"{write(kind['minimum'])} to {write(kind['maximum'])}"
     signs = (("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"))
-    return ", ".join(f"{sign} {_value(kind[name])}" for name, sign in signs if name in kind)
+    return ", ".join(f"{sign} {write(kind[name])}" for name, sign in signs if name in kind)
 
 
 def _paragraphs(section: Schema) -> str:
     return "\n\n".join(" ".join(block.split()) for block in section["description"].split("\n\n")) + "\n"
 
 
-def _sections(key: Schema, schema: Schema) -> list[Schema]:
+def sections_of(key: Schema, schema: Schema) -> list[Schema]:
     """The sections that a key holds: one, one an entry, or one of several kinds an entry; none of a plain key."""
     holder = key.get("items", key) if key.get("type") == "array" else key
     references = [each["$ref"] for each in holder.get("oneOf", [holder]) if "$ref" in each]

@@ -56,7 +56,7 @@ class ReportProcess:
 
 def write_report(*given: Any) -> Path:
     """As the report's own, whose loading takes a second."""
-    from ..report import write_report
+    from ..report.page import write_report
 
     return write_report(*given)
 
@@ -67,15 +67,15 @@ def answer() -> None:
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     if not is_compiled():
         compile_retrieval()
-    from .. import report
+    from ..report import page
 
-    _ = report.write_report  # loads Matplotlib
+    _ = page.write_report  # loads Matplotlib
     try:
         given = pickle.load(sys.stdin.buffer)
     except EOFError:
         return
     try:
-        drawn: Any = report.write_report(*given)
+        drawn: Any = page.write_report(*given)
     except Exception as error:
         drawn = error
     pickle.dump(drawn, answers)

@@ -179,7 +179,7 @@ def run(
             say("report: drawing")
             echoes = open_echoes(folder / "echoes.zarr")
             if draw is None:
-                from ..report import write_report as draw  # loads matplotlib
+                from ..report.page import write_report as draw  # loads matplotlib
 
             draw(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start

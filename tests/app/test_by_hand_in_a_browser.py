@@ -99,7 +99,7 @@ def test_two_tabs_have_a_design_each_and_the_runs_together(browser: Browser, ser
 
 def test_axe_finds_nothing_serious_in_any_place_light_or_dark(watched: Watched) -> None:
     page = watched.page
-    page.locator(".js-plotly-plot").first.wait_for()
+    page.locator("img.drawn-figure").first.wait_for()
     found = []
     for colours in ("light", "dark"):
         for place in _PLACES:

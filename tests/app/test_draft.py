@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import tomllib
 from pathlib import Path
@@ -12,12 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.draft import Draft, list_sections, parts_of, scene_schema
-from seamap_rt.app.safety import Roots
+from seamap_rt.app.serving import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
 from seamap_rt.report import keys
 from seamap_rt.report.keys import HEEDED, matters
 from seamap_rt.scene import Scene, load_scene
+from seamap_rt.scene.keys import key_sections
 
 _SHIPPED = sorted(list_shipped())
 
@@ -66,6 +68,24 @@ def test_people_read_and_write_frequencies_in_gigahertz() -> None:
     assert keys.read_value("radar.pulse_width_s", "20") == 20e-9
     assert keys.read_value("sea.depth_m", "inf") == float("inf")
     assert keys.read_value("radar.range_m", "15, 150") == [15, 150]
+
+
+def test_a_fields_limits_are_in_the_unit_that_it_shows(roots: Roots) -> None:
+    """Both ends of a range of numbers, typed as the line of help has them, are those of the manual of all keys."""
+    manual = {
+        f"{section.path}.{row.name}": row.limit for section in key_sections() for row in section.rows if not row.kinds
+    }
+    ranged = 0
+    for field in (each for part in parts_of(Draft.shipped("choppy_sea", roots).tree) for each in part.fields):
+        told = manual.get(_without_numbers(field.key), "")
+        ends, typed = (re.match(r"(?:.*: )?([-\d.e+]+) to ([-\d.e+]+)", text) for text in (told, field.help))
+        if field.kind == "number" and ends is not None:
+            assert typed is not None, field.help
+            read = [keys.read_value(field.key, each) for each in typed.groups()]
+            assert read == pytest.approx([float(each) for each in ends.groups()], rel=1e-9), field.help
+            assert f"Limits ({field.unit}): " in field.help or not field.unit
+            ranged += 1
+    assert ranged > 20
 
 
 def test_every_key_of_a_scene_has_a_field(roots: Roots) -> None:

@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 from made_folders import TURNS, gauge_series, write_run
 
-from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import has_gauges, read_gauges, view_gauge
-from seamap_rt.app.views import Source
+from seamap_rt.app.panels import has_gauges, read_gauges, view_gauge
+from seamap_rt.app.results import Results, Source
 from seamap_rt.gauges import NoSpectrum, spectra
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.report.gauge_figures import gauge_figure
@@ -68,8 +67,8 @@ def test_of_many_turns_those_up_to_the_one_that_is_looked_at_are_drawn() -> None
 def test_the_page_is_told_of_a_gauge_with_its_image(tmp_path: Path) -> None:
     write_run(tmp_path / "run")
     told = view_gauge(Source(Results(tmp_path / "run")), 11, "of another run", dark=True)
-    assert told is not None
-    assert (told.names, told.name, told.place) == (["west"], "west", "At 60 m, 270°.")
+    assert (told.choices, told.chosen, told.words) == ({"west": "west"}, "west", "At 60 m, 270°.")
+    assert dict(told.figures)["Turns with a height"].endswith(" %")
     (image,) = told.images
     assert image.source.startswith("data:image/png;base64,")
     assert "west" in image.alt

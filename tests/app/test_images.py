@@ -17,11 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image as Opened
 
-from seamap_rt.app.curve_panels import range_pictures
 from seamap_rt.app.forecast_view import read_ahead, verify_folder
-from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import read_gauges, read_shadowing
-from seamap_rt.app.views import Source
+from seamap_rt.app.panels import range_pictures, read_gauges, read_shadowing
+from seamap_rt.app.prospects import _graphs, prospects
+from seamap_rt.app.results import Results, Source
 from seamap_rt.app.widgets import draw_images
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import (
@@ -34,7 +33,8 @@ from seamap_rt.report.forecast_figures import (
 )
 from seamap_rt.report.gauge_figures import gauge_picture
 from seamap_rt.report.page_elements import Picture
-from seamap_rt.report.spectrum_figures import Density, map_spectra_picture, wave_height, wave_height_pictures
+from seamap_rt.report.spectrum_figures import Density, draw_rose, map_spectra_picture, wave_height, wave_height_pictures
+from seamap_rt.scene import load_scene
 from seamap_rt.settings import QuietSettings
 from seamap_rt.studies.shadowing_figures import draw_shadowing
 from seamap_rt.window_errors import Windows
@@ -149,6 +149,35 @@ def test_errors_and_shares_are_those_that_are_told(tmp_path: Path) -> None:
     both = curves.draw_errors({"A": told, "B": told}).axes[0]
     assert {"rms, A", "rms, B", "stated, A", "stated, B"} <= set(_lines(both))
     assert {line.get_color() for line in both.lines} == {style.BLUE, style.VERMILION}
+
+
+def test_a_designs_graphs_are_those_that_are_told_with_the_kept_one_dashed() -> None:
+    scene = load_scene("choppy_sea")
+    found, kept = prospects(scene), prospects(load_scene("choppy_sea", {"radar.height_m": 8.0}))
+    assert found.ahead is not None
+    drawn = {name: curves.draw_graph(graph).axes[0] for name, _, graph in _graphs(found, kept, scene)}
+    seen = _lines(drawn["visible"])
+    np.testing.assert_allclose(seen["in sight"], 100.0 * found.ahead.profile["visible_fraction"])
+    np.testing.assert_allclose(seen["Smith 1967"], 100.0 * found.smith)
+    np.testing.assert_allclose(_lines(drawn["error"])["noise of one dwell, kept"], kept.noise_error_m)
+    np.testing.assert_allclose(_lines(drawn["snr"])["kept"], kept.snr_db)
+    np.testing.assert_allclose(_lines(drawn["cycle"])["kept"], kept.ambiguity_m)
+    assert {str(text.get_text()).strip() for text in drawn["beam"].texts} == {"20 m", "50 m", "400 m"}
+    for axes in drawn.values():
+        dashed = {str(each.get_label()) for each in axes.lines if each.get_linestyle() == "--"}
+        assert {name for name in _lines(axes) if name.endswith("kept")} == dashed - {"Smith 1967"}
+
+
+def test_a_designs_spectrum_stands_where_its_waves_come_from() -> None:
+    spectrum = prospects(load_scene("choppy_sea")).spectrum
+    axes = draw_rose(spectrum.frequency, spectrum.direction, spectrum.density, [(0.2, 90.0, 1.5)], 3.9).axes[0]
+    mesh = axes.collections[0]
+    values, corners = np.asarray(mesh.get_array()), np.asarray(mesh.get_coordinates())  # type: ignore[attr-defined]
+    row, column = np.unravel_index(values.argmax(), values.shape)
+    middle = corners[row : row + 2, column : column + 2].mean(axis=(0, 1))
+    assert np.degrees(middle[0]) == pytest.approx(270.0, abs=2.6)  # half a bin
+    assert middle[1] == pytest.approx(1.0 / 5.5, rel=0.05)
+    assert axes.lines[0].get_xydata()[0] == pytest.approx([0.5 * np.pi, 0.2])  # type: ignore[index]
 
 
 def test_a_wave_height_stands_at_its_turn_beside_the_scenes() -> None:

@@ -223,7 +223,7 @@ def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one(
         if word in path.read_text()
     }
     assert found == {
-        ("app/drawing.py", ".terminate("),  # of multiprocessing's own children
+        ("app/jobs.py", ".terminate("),  # of multiprocessing's own children
         ("app/jobs.py", "os.kill("),
         ("app/jobs.py", "os.killpg("),
         ("compute/locks.py", "os.kill("),  # signal 0: whether there is one

@@ -21,10 +21,9 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.app.checking import check
 from seamap_rt.app.draft import Draft, list_sections, parts_of
-from seamap_rt.app.safety import Roots
-from seamap_rt.app.uploads import KINDS, kind_of_field, list_uploads, save_upload
+from seamap_rt.app.serving import Roots
+from seamap_rt.app.uploads import KINDS, check, kind_of_field, list_uploads, save_upload
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
 
@@ -185,7 +184,7 @@ _BATCH = """
 import sys
 import zipfile
 from pathlib import Path
-from seamap_rt.app.checking import check
+from seamap_rt.app.uploads import check
 from seamap_rt.errors import InputError
 for line in Path(sys.argv[1]).read_text().splitlines():
     kind, path = line.split(" ", 1)

@@ -21,7 +21,8 @@ from PIL import Image
 from seamap_rt import dataset
 from seamap_rt.gauges import GaugeSpectra, judge, spectra
 from seamap_rt.metrics import error_figures
-from seamap_rt.report import evolution, gauge_figures, style, write_report
+from seamap_rt.report import evolution, gauge_figures, style
+from seamap_rt.report.page import write_report
 
 
 @pytest.fixture(autouse=True)

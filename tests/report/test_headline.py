@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from made_run import small
 
-from seamap_rt.report import warnings
 from seamap_rt.report.headline import run_line, verdict, wave_height
 from seamap_rt.report.reduce import half_visible
+from seamap_rt.report.sea_statistics import warnings
 
 MEASURED = {
     "fully_measured_radius_m": 141.3,

@@ -12,16 +12,10 @@ from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.report import (
-    echo_power,
-    error_against_range,
-    height_maps,
-    page_elements,
-    reduce,
-    slope_maps,
-    visible_share,
-)
 from seamap_rt.report import maps as drawn_maps
+from seamap_rt.report import page_elements, reduce
+from seamap_rt.report.curves import error_against_range, visible_share
+from seamap_rt.report.maps import echo_power, height_maps, slope_maps
 
 run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
 

@@ -16,7 +16,9 @@ from matplotlib.patches import Rectangle
 from numpy.testing import assert_allclose
 
 from seamap_rt.io import results_folder
-from seamap_rt.report import height_maps, height_scatter, timing, write_report
+from seamap_rt.report.curves import height_scatter, timing
+from seamap_rt.report.maps import height_maps
+from seamap_rt.report.page import write_report
 from seamap_rt.scene import load_scene
 
 run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures

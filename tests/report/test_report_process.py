@@ -12,7 +12,7 @@ import made_run
 import pytest
 from made_run import Run
 
-from seamap_rt.report import write_report
+from seamap_rt.report.page import write_report
 from seamap_rt.session.report_process import ReportProcess
 
 run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
