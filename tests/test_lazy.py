@@ -13,7 +13,7 @@ import pytest
 
 from validation import ROOT
 
-LAZY = ["seamap_rt", *(f"seamap_rt.{name}" for name in ("interferometry", "mesh", "report", "sea", "session"))]
+LAZY = ["seamap_rt", *(f"seamap_rt.{name}" for name in ("interferometry", "mesh", "sea", "session"))]
 
 
 @pytest.mark.parametrize("package", LAZY)

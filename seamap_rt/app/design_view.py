@@ -13,7 +13,7 @@ from ..io.scenefile import list_shipped, read_toml
 from . import jobs
 from .draft import MOST_TOML, Draft
 from .form import Form
-from .serving import safe_name
+from .safety import safe_name
 from .uploads import save_upload
 from .widgets import Canvas, Images, choice, flat_button, grey_of, number, round_button, tile
 

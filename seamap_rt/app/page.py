@@ -15,7 +15,7 @@ from ..io.scenefile import list_shipped
 from . import jobs
 from .jobs import Queue
 from .runs import kind_of
-from .serving import Roots
+from .safety import Roots
 
 if TYPE_CHECKING:
     from ..scene import Scene

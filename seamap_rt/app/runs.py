@@ -21,7 +21,7 @@ from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
 from ..session.pace import duration
 from .jobs import Job
-from .serving import is_text, unreadable_product
+from .safety import is_text, unreadable_product
 from .uploads import RecordingsPanel
 from .widgets import flat_button, round_button
 

@@ -27,7 +27,7 @@ from . import figures
 from .draft import Field, parts_of
 from .prospects import run_seconds
 from .runs import address, duration, find_runs, products_of
-from .serving import Roots, safe_name
+from .safety import Roots, safe_name
 from .widgets import choice, flat_button
 
 if TYPE_CHECKING:

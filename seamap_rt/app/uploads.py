@@ -22,7 +22,7 @@ from nicegui import events, ui
 
 from ..errors import InputError, one_line
 from ..settings import ObjectSettings
-from .serving import Roots, is_text, safe_name
+from .safety import Roots, is_text, safe_name
 from .widgets import choice, flat_button
 
 if TYPE_CHECKING:

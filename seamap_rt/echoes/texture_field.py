@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,21 @@ def node_value(key, i, j, cycles):
     return value
 
 
+class Columns(NamedTuple):
+    """Of the mesh, each (column,)."""
+
+    cycles: NDArray[np.float64]  # of the nodes' clocks
+    east: NDArray[np.float64]  # of the look
+    north: NDArray[np.float64]
+    middle_east: NDArray[np.float64]  # m, of the antennas, as the patches see them
+    middle_north: NDArray[np.float64]
+
+
 @compiled
-def add_octave(begin, end, key, size, cycles, east, north, middle_east, middle_north, distance, share, total):
+def add_octave(begin, end, key, size, share, columns, distance, total):
     """Add √share times an octave of patches to total (column, facet) of the columns from begin to end: nodes size [m]
-    apart, about middles (column,) m, looks east and north (column,), cycles (column,) of the nodes' clocks."""
+    apart."""
+    cycles, east, north, middle_east, middle_north = columns
     root, per_metre = math.sqrt(share), 1.0 / size
     corner = np.empty(4)
     for column in range(begin, end):
@@ -79,7 +91,8 @@ class TextureField:
             key = np.uint64(key_of(random_streams.key(self.seed, Stream.TEXTURE), number))
             run = [speed * along + drift for along, drift in zip(way, self.current, strict=True)]
             middle = [np.ascontiguousarray(pose.origin[:, n] - run[n] * pose.time) for n in (0, 1)]
-            at = key, float(size), pose.time / life, east, north, *middle, facets.distance, float(share), total
+            columns = Columns(pose.time / life, east, north, *middle)
+            at = key, float(size), float(share), columns, facets.distance, total
             in_blocks(lambda begin, end, at=at: add_octave(begin, end, *at), len(total))
         variance = self.texture.variance(grazing)
         return np.exp(total * np.sqrt(variance).astype(np.float32) - (0.5 * variance).astype(np.float32))

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..dataset import build
-from ..errors import InputError
+from ..errors import InputError, must_be
 from .opening import read_unpacked
 from .results_folder import write_whole
 from .text import parse_number
@@ -77,7 +78,9 @@ def read_polar_images(
 
     Raises InputError, in one line, for files that are truncated, damaged or absurd.
     """
-    given = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
+    given: list[Any] = list(paths) if isinstance(paths, Iterable) and not isinstance(paths, str) else [paths]
+    for each in given:
+        must_be("paths", each, (str, os.PathLike), "the paths of .pol files")
     if not given:
         raise InputError("paths: no file is named; give at least one .pol")
     for name, value in (("azimuth_offset_deg", azimuth_offset_deg), ("range_offset_m", range_offset_m)):

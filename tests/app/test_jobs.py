@@ -226,6 +226,7 @@ def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one(
         ("app/jobs.py", ".terminate("),  # of multiprocessing's own children
         ("app/jobs.py", "os.kill("),
         ("app/jobs.py", "os.killpg("),
+        ("session/report_process.py", ".kill()"),  # of the process that it started itself
         ("compute/locks.py", "os.kill("),  # signal 0: whether there is one
         ("compute/locks.py", "alive("),
     }

@@ -14,7 +14,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.runs import PRODUCTS, products_of
-from seamap_rt.app.serving import Gate, Guard, Roots, safe_name
+from seamap_rt.app.safety import Gate, Guard, Roots, safe_name
 from seamap_rt.errors import InputError
 
 _GATE = Gate("the-token", frozenset({"127.0.0.1:8000", "localhost:8000"}))

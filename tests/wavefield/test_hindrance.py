@@ -25,7 +25,7 @@ SCENES: dict[str, tuple[dict[str, Any], str, str]] = {
     "beam short of the sea": ({TILT: 40.0}, BEAM, "passes short of"),
     "calm sea": ({"scattering.nrcs": "constant", "scattering.nrcs_db": -75.0}, ECHO, POWER),
     "mast too low": ({HEIGHT: 0.6}, LIGHT, HEIGHT),
-    "low mast, high waves": ({HEIGHT: 1.0, "sea.waves.0.significant_wave_height_m": 2.0}, LIGHT, HEIGHT),
+    "low mast, high waves": ({HEIGHT: 1.0, "sea.waves.0.significant_wave_height_m": 2.5}, LIGHT, HEIGHT),
     "window too short": ({RANGE: [5.0, 25.0]}, "the map ends at 2", "radar.range_m"),
     "echoes unlike": ({"radar.baseline_m": 6.0}, "the antennas' echoes are too little alike", "radar.baseline_m"),
 }
