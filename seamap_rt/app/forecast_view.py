@@ -24,7 +24,7 @@ from ..errors import InputError
 from ..forecast_errors import Verified, came, warm
 from ..io.turn_files import GrowingFile, part_of, read_whole_turns
 from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture, window_picture
-from ..report.keys import label_of
+from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import jobs
@@ -139,7 +139,7 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
             return None
         at = int(held[-1])
         found = {"lead": np.asarray(file.array("lead")[:])}
-        for name in ("elevation", "elevation_std", "quiet", "significant_wave_height", "maximum_prediction_time"):
+        for name in ("elevation", "elevation_std", "quiet", "maximum_prediction_time"):
             if name in file:
                 found[name] = np.asarray(file.array(name)[at])
         return int(issues[at]), found
@@ -150,31 +150,28 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
 
 def _ahead(issue: int, told: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:
     lead = told["lead"].astype(float)
-    limits = [f"{words_of(f'prediction.quiet.{key}')} {value:g} {unit}" for key, value, unit in _given(quiet)]
     return Ahead(
         issue=issue,
         lead_s=lead,
         elevation_m=told["elevation"][:, 0],
         std_m=told["elevation_std"][:, 0],
         chance=told["quiet"][:, 0] if "quiet" in told else np.full(lead.size, np.nan),
-        limits=", ".join(limits),
+        limits=_limits_in_words(quiet),
         level_m=quiet.elevation_m,
         duration_s=quiet.duration_s,
         confidence=quiet.confidence,
-        hs_m=float(told["significant_wave_height"]),
         longest_s=float(told["maximum_prediction_time"][0]) if "maximum_prediction_time" in told else None,
     )
 
 
-def _given(quiet: QuietSettings) -> list[tuple[str, float, str]]:
-    units = {"elevation_m": "m", "velocity_z_m_s": "m/s", "heave_m": "m", "roll_deg": "°", "pitch_deg": "°"}
-    return [(name, float(value), unit) for name, unit in units.items() if (value := getattr(quiet, name)) is not None]
-
-
-def words_of(key: str) -> str:
-    """A limit's name, as in "water height below"."""
-    label = label_of(key)
-    return label[:1].lower() + label[1:].replace("stays below", "below")
+def _limits_in_words(quiet: QuietSettings) -> str:
+    """Those that are asked for, as in "water height below 0.5 m"."""
+    told = []
+    for name in ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg"):
+        words, value = words_of(f"prediction.quiet.{name}"), getattr(quiet, name)
+        if value is not None:
+            told.append(f"{words.name.replace('stays below', 'below')} {value:g} {words.unit}")
+    return ", ".join(told)
 
 
 class ForecastView(NamedTuple):

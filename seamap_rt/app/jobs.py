@@ -446,7 +446,12 @@ class DrawingProcess:
             self._pool = None
             self._free.release()
             raise OSError(_LOST) from error
-        future.add_done_callback(lambda _: loop.call_soon_threadsafe(self._free.release))
+
+        def release(_: object) -> None:
+            with contextlib.suppress(RuntimeError):  # the page has ended, and its loop with it
+                loop.call_soon_threadsafe(self._free.release)
+
+        future.add_done_callback(release)
         try:
             return await asyncio.wrap_future(future)
         except BrokenExecutor as error:

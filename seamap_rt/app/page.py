@@ -76,6 +76,11 @@ class ServerState:
         return tab
 
 
+def load(module: str) -> None:
+    """In a process that draws: a module itself cannot be handed back."""
+    import_module(module)
+
+
 PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
     "Design": ("design_view", "DesignView"),
     "Runs": ("runs", "RunsView"),
@@ -178,7 +183,7 @@ class Page:
         """Load the other places' views while the first one is read."""
         for module, _ in PLACES.values():
             await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
-        await jobs.slow(import_module, "seamap_rt.app.panels")  # and begin what draws
+        await jobs.slow(load, "seamap_rt.app.panels")  # and begin what draws
 
     def redraw_design(self) -> None:
         """The draft was changed from elsewhere."""

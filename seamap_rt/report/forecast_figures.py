@@ -248,7 +248,6 @@ class Ahead:
     level_m: float | None
     duration_s: float
     confidence: float
-    hs_m: float
     longest_s: float | None = None
 
     @property

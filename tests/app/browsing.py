@@ -33,7 +33,7 @@ class Server:
         return self.address.split("/?")[0]
 
     def end(self) -> int:
-        """As Ctrl-C does; the exit code."""
+        """As Ctrl-C does; the exit code. What went wrong in the server meanwhile is no end."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
@@ -42,7 +42,9 @@ class Server:
             self.process.kill()
             code = self.process.wait(10.0)
         if self.process.stdout is not None:
+            said = "" if self.process.stdout.closed else self.process.stdout.read()
             self.process.stdout.close()
+            assert "Traceback" not in said, said  # of a drawing, or of a page that has gone
         return code
 
 
