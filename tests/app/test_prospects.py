@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from seamap_rt.app.prospects import _prospects, prospects, run_bytes, run_seconds
+from seamap_rt.app.prospects import prospects, run_bytes, run_seconds
 from seamap_rt.products.link import link_budget
 from seamap_rt.scene import load_scene
 
@@ -69,7 +69,7 @@ def test_it_takes_a_fraction_of_a_second() -> None:
     for height in (5.1, 5.2, 5.3, 5.4, 5.5):
         scene = load_scene("choppy_sea", {"radar.height_m": height})
         begin = time.perf_counter()
-        _prospects(scene)
+        prospects(scene)
         seconds.append(time.perf_counter() - begin)
     assert min(seconds) < 0.3
 
