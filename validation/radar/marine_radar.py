@@ -249,8 +249,8 @@ def figure(real: Measured, made: Measured, out: Path) -> None:
     axes["shell"].axhline(1.0 / len(np.unique(real.images.turn)), color="0.6", lw=0.8, label="chance")
     for place, x, y, title in (
         (axes["fall"], "range (m)", "mean level over noise / spread", "fall with range"),
-        (axes["noise"], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
-        (axes["shell"], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
+        (axes["noise"], "range (m)", "share of cells", "cells near the noise"),
+        (axes["shell"], "a", "share of energy", "what moves, on ω = a√(gk) + k·U"),
         (axes["levels"], "level, standard deviations", "density", "levels at 550–750 m"),
     ):
         place.set(xlabel=x, ylabel=y, title=title)

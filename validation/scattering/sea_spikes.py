@@ -45,11 +45,12 @@ def scene_of(seed: int, polarization: str, spikes: bool, changes: dict[str, str]
 
 
 def levels(scene: Scene) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Expected power (look, gate) with the run's spikes and as their mean, azimuths from the waves' [deg], ranges."""
+    """Expected power (look, gate) with the run's spikes and patches and as their mean, azimuths from the waves' [deg],
+    ranges."""
     simulator = Simulator(scene)
     mesh = simulator.mesh(0)
     light, returns, _ = simulator.light(0, mesh=mesh)
-    calm = replace(simulator.surface, spikes=None)(light, mesh.strain)
+    calm = replace(simulator.surface, spikes=None, texture=None)(light, mesh.strain)
     cell = scene.retrieval.cell_azimuth_deg
     lit, mean = (expected_look_gates(light, each.rcs, simulator.installation, cell) for each in (returns, calm))
     angle = wrap_degrees(lit.sweep + simulator.installation.radar.sector_deg[0] - 270.0)
