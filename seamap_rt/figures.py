@@ -65,8 +65,7 @@ def forecast(coming: xr.Dataset, place: int = 0, issue: int = -1) -> Figure:
         np.asarray(each, dtype=np.float64) for each in (one["elevation"], one["elevation_std"], chance)
     )
     longest = float(one["maximum_prediction_time"]) if "maximum_prediction_time" in one else None
-    sea = float(one["significant_wave_height"])
-    return next_seconds(Ahead(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, sea, longest))
+    return next_seconds(Ahead(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, longest))
 
 
 def _refuse_place(name: str, at: int, held: int) -> None:
