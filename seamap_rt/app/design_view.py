@@ -101,7 +101,8 @@ class DesignView:
         del key
         self._tell_file()
         self._asked += 1
-        ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
+        with self._file:  # which stays: what was touched goes with a form that is built anew
+            ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
 
     def _tell_file(self) -> None:
         """While it is looked at: its colours take a tenth of a second."""
