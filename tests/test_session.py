@@ -23,6 +23,7 @@ from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import FileSink, FinishedTurn, Memory, deliver, iterate
 from seamap_rt.session.driver import real_time_factor, warm_wall
+from seamap_rt.session.whole_run import TurnMemory
 from seamap_rt.simulation import Simulator
 
 TURNS = 4
@@ -43,6 +44,20 @@ def scene() -> Scene:
 @pytest.fixture(scope="module")
 def finished() -> list[FinishedTurn]:
     return list(iterate(scene()))
+
+
+def test_maps_and_truth_in_memory_are_those_of_the_files(finished: list[FinishedTurn], tmp_path: Path) -> None:
+    kept, read = TurnMemory(finished), TurnMemory(finished, most_bytes=0.0)
+    sinks = [
+        FileSink(AppendableNetCDF(tmp_path / "maps.nc"), lambda turn: turn.maps),
+        FileSink(AppendableNetCDF(tmp_path / "truth.nc"), lambda turn: turn.truth),
+    ]
+    deliver(kept, sinks)
+    assert len(list(read)) == TURNS
+    with kept.maps_and_truth(tmp_path / "nosuch") as here, read.maps_and_truth(tmp_path) as there:
+        for one, other in zip(here, there, strict=True):
+            xr.testing.assert_equal(one, other)
+            assert one["polar"].sizes["turn"] == TURNS
 
 
 class Failing:

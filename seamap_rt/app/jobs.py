@@ -78,7 +78,7 @@ _JOB = TypeAdapter(Job)
 class Queue:
     """Runs jobs one after another. runs: the folder below which all of them write. program: what runs the command."""
 
-    def __init__(self, runs: Path, program: Sequence[str] = (sys.executable, "-m", "seamap_rt.cli")) -> None:
+    def __init__(self, runs: Path, program: Sequence[str] = (sys.executable, "-P", "-m", "seamap_rt.cli")) -> None:
         runs = runs.resolve()
         self._runs, self._folder, self._program = runs, runs / FOLDER, tuple(program)
         self._folder.mkdir(parents=True, exist_ok=True)

@@ -149,7 +149,7 @@ def run_apart(module: str, *words: str, longest_s: float) -> bytes:
     long."""
     try:
         done = subprocess.run(
-            [sys.executable, "-m", module, *words],
+            [sys.executable, "-P", "-m", module, *words],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             timeout=longest_s,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from ..conventions import POLARIZATIONS, db, from_db, written
 from ..errors import InputError
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
-from ..physics.shadowing import half_range
+from ..physics.shadowing import half_range, why_no_half
 from ..radar import link
 from ..radar.array import as_it_looks
 from ..scattering.permittivity import permittivity_of
@@ -65,13 +65,16 @@ _VARIABLES = {
 }
 
 
+_HALF_RANGES = {"light": "half_visible_m"} | {each: f"half_visible_{each.lower()}_m" for each in POLARIZATIONS}
+
+
 @dataclass(frozen=True)
 class Outlook:
     """An outlook as plain arrays: `outlook` has it as a Dataset.
 
     range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); radar_visible: share of the water that a radar sees
     (polarization, gate); figures: the two radii, whether the reach is the window's end, the first radius of the same
-    radar on a boat at rest, and the ranges [m] to which half of the water is visible, None where it is throughout;
+    radar on a boat at rest, and the ranges [m] to which half of the water is visible, NaN where there is none;
     left_out: what it does not know of the scene, motion: how large the boat's and its sensors' errors are, in words,
     empty where neither is.
     """
@@ -198,15 +201,10 @@ def _radii(ranges: Array, quality: Array) -> dict[str, Any]:
     return {name: figures[name] for name in ("fully_measured_radius_m", "reach_m", "reach_to_the_end")}
 
 
-def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[str, float | None]:
-    """Ground ranges [m] to which half is visible: 0 where less is from the first on, None where more is throughout."""
-    shares = np.vstack((visible, radar_visible))
-    found = half_range(ground, shares)
-    names = ("half_visible_m", *(f"half_visible_{each.lower()}_m" for each in POLARIZATIONS))
-    return {
-        name: float(far) if np.isfinite(far) else 0.0 if share.mean() < _HALF else None
-        for name, far, share in zip(names, found, shares, strict=True)
-    }
+def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[str, float]:
+    """Ground ranges [m] to which half is visible; NaN where more or less is, all over the window."""
+    found = half_range(ground, np.vstack((visible, radar_visible)))
+    return dict(zip(_HALF_RANGES.values(), map(float, found), strict=True))
 
 
 def _left_out(scene: Scene) -> str:
@@ -287,7 +285,7 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
             "the echo lacks, not the light: raise radar.transmit_power_w or the antennas' gain, or point the beam at "
             "the sea by radar.tilt_deg"
         )
-    yield f"half of the water is visible: {half_visible_words(found.figures)}"
+    yield _half_visible(found)
     if radius is not None and found.motion:
         cost = written(max(found.figures["radius_at_rest_m"] - radius, 0.0), 0)
         yield f"the boat's motion costs {cost} m of that radius: {found.motion}"
@@ -313,11 +311,15 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
         )
 
 
-def half_visible_words(figures: Mapping[str, Any]) -> str:
-    """To how far half of the water is visible to light, and to a radar in VV and HH (−6 dB two ways)."""
-    found = {"light": "half_visible_m"} | {each: f"half_visible_{each.lower()}_m" for each in POLARIZATIONS}
-    told = ((name, figures[key]) for name, key in found.items())
-    return ", ".join(f"{name} everywhere" if far is None else f"{name} to {far:.0f} m" for name, far in told)
+def _half_visible(found: Outlook) -> str:
+    """To how far half of the water is visible to light and to a radar in each polarization, or why to none."""
+    words: dict[str, list[str]] = {}
+    shares = found.profile["visible_fraction"], *found.radar_visible
+    for (name, key), share in zip(_HALF_RANGES.items(), shares, strict=True):
+        far = found.figures[key]
+        told = f"half is visible to {far:.0f} m" if np.isfinite(far) else why_no_half(found.range, share)
+        words.setdefault(told, []).append(name)
+    return "; ".join(f"{', '.join(names)}: {told}" for told, names in words.items())
 
 
 def _mean(values: NDArray[np.float64]) -> float:

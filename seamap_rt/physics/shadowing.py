@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import EARTH_RADIUS
 
 HALF = 0.5  # of the sea visible
+_NOTHING = 1e-9  # of the sea shadowed: rounding
 _SMOOTHED = 0.25  # of the range, standard deviation
 _SAMPLES = 512  # a wavelength: crossings are interpolated between them, to some 1e-5 of a wavelength
 
@@ -121,7 +122,7 @@ def half_range(middle: NDArray[np.float64], share: ArrayLike) -> NDArray[np.floa
     stand, and the first of the many crossings of the ragged curve would lie too near. Linear between the bins' middles
     (bin,).
     """
-    smooth = np.asarray(share, dtype=np.float64) @ range_smoothing(middle).T
+    smooth = np.asarray(share, dtype=np.float64) @ _smoothing(middle).T
     falling = np.minimum.accumulate(smooth, axis=-1)
     after = np.argmax(falling < HALF, axis=-1)
     crosses = np.isfinite(falling[..., -1]) & (after > 0)  # 0: all above, or the first below
@@ -131,12 +132,25 @@ def half_range(middle: NDArray[np.float64], share: ArrayLike) -> NDArray[np.floa
     return np.where(crosses, middle[after - 1] + part * (middle[after] - middle[after - 1]), np.nan)
 
 
-def range_smoothing(middle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smoothing(middle: NDArray[np.float64]) -> NDArray[np.float64]:
     """(bin, bin) weights of a straight line fitted about each bin in the logarithm of range, each bin by its area."""
     away = np.log(middle) - np.log(middle)[:, None]
     weight = np.exp(-0.5 * (away / _SMOOTHED) ** 2) * middle
     zeroth, first, second = ((weight * away**power).sum(axis=1, keepdims=True) for power in range(3))
     return weight * (second - first * away) / (zeroth * second - first**2)
+
+
+def why_no_half(middle: NDArray[np.float64], share: NDArray[np.float64]) -> str:
+    """Why a curve of shares (bin,) has no `half_range`; empty if it has one."""
+    if np.isnan(share).any():
+        return "not known"
+    if share.min() > 1.0 - _NOTHING:
+        return f"nothing is shadowed within {middle[-1]:.0f} m"
+    if np.isfinite(half_range(middle, share)):
+        return ""
+    if float(_smoothing(middle)[0] @ share) < HALF:
+        return f"less than half is visible from {middle[0]:.0f} m on"
+    return f"half or more is visible to {middle[-1]:.0f} m"
 
 
 REFRACTED_RADIUS = 4.0 / 3.0 * EARTH_RADIUS  # m, of standard refraction

@@ -16,7 +16,7 @@ from typing import Any, Self
 
 import numpy as np
 
-_OURS = f"from {__name__} import answer; answer()"
+_ANSWER = f"from {__name__} import answer; answer()"
 
 
 class ReportProcess:
@@ -29,7 +29,10 @@ class ReportProcess:
         self._process: subprocess.Popen[bytes] | None = None
         with contextlib.suppress(OSError):
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _OURS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+                [sys.executable, "-P", "-c", _ANSWER],  # -P: no module of the user's folder is taken for a library's
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
             )
         return self
 

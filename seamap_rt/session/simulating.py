@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +106,15 @@ def image_sinks(folder: Path, simulator: Simulator) -> list[ImageSink]:
     return [ImageSink(folder, simulator)] if simulator.installation.radar.receiver.chain == "video" else []
 
 
+def concatenate_turns(turns: Sequence[xr.DataTree]) -> xr.DataTree:
+    """One tree of several turns' trees, each with the groups `polar` and `ground`, as their file has them."""
+    if len(turns) == 1:
+        return turns[0]
+    how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
+    groups = {str(n): xr.concat([turn[n].to_dataset() for turn in turns], "turn", **how) for n in turns[0]}
+    return xr.DataTree.from_dict(groups)
+
+
 class Memory(AbstractContextManager):
     """Keeps the echoes and the truth of all turns in memory."""
 
@@ -133,10 +142,7 @@ class Memory(AbstractContextManager):
     @property
     def truth(self) -> xr.DataTree:
         """The truth of all turns: groups `polar` and `ground`."""
-        groups = ("polar", "ground")
-        return xr.DataTree.from_dict(
-            {f"/{g}": xr.concat([t[g].to_dataset() for t in self._truth], "turn", data_vars="all") for g in groups}
-        )
+        return concatenate_turns(self._truth)
 
     def __exit__(self, *_: object) -> None:
         """They stay."""

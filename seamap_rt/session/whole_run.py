@@ -33,7 +33,7 @@ from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from ..window_errors import Windows, judge_windows, observed_windows
 from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
-from .simulating import FileSink, gauge_sink, image_sinks
+from .simulating import FileSink, concatenate_turns, gauge_sink, image_sinks
 
 _EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
 
@@ -120,7 +120,6 @@ def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
 
 
 PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
-_AT_ONCE = 2e8  # bytes of maps and truths that are kept in memory
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,8 @@ def run(
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
     out: the folder; an earlier run in it is replaced only with `overwrite`.
-    Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
+    Results stream turn by turn: memory holds one turn, and all maps and truths while they are at most 200 MB.
+    Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
     progress: called with a line on what begins. draw: draws the report in place of `report.write_report`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
@@ -189,11 +189,11 @@ def run(
 
 
 class TurnMemory:
-    """Passes turns on, and keeps the maps and truths of a run in memory while they are few: read from their files, each
-    array takes ten milliseconds."""
+    """Passes turns on, and keeps their maps and truths in memory while they are at most so many bytes: read from their
+    files, each array takes ten milliseconds."""
 
-    def __init__(self, turns: Iterable[FinishedTurn]) -> None:
-        self._turns = turns
+    def __init__(self, turns: Iterable[FinishedTurn], most_bytes: float = 2e8) -> None:
+        self._turns, self._most_bytes = turns, most_bytes
         self._kept: list[tuple[xr.DataTree, xr.DataTree]] = []
 
     def __iter__(self) -> Iterator[FinishedTurn]:
@@ -201,7 +201,7 @@ class TurnMemory:
         for turn in self._turns:
             assert turn.maps is not None
             size += turn.maps.nbytes + turn.truth.nbytes
-            if size <= _AT_ONCE:
+            if size <= self._most_bytes:
                 self._kept.append((turn.maps, turn.truth))
             else:
                 self._kept.clear()
@@ -212,21 +212,11 @@ class TurnMemory:
     def maps_and_truth(self, folder: Path) -> Iterator[tuple[xr.DataTree, xr.DataTree]]:
         """Of all turns together, each with the groups `polar` and `ground`. folder: where their files are."""
         if self._kept:
-            maps, truth = (_joined(turns) for turns in zip(*self._kept, strict=True))
+            maps, truth = (concatenate_turns(turns) for turns in zip(*self._kept, strict=True))
             yield maps, truth
         else:
             with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
                 yield maps, truth
-
-
-def _joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
-    """One tree of several turns, as their file has them."""
-    first = turns[0]
-    if len(turns) == 1:
-        return first
-    how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
-    groups = {f"/{name}": xr.concat([turn[name].to_dataset() for turn in turns], "turn", **how) for name in first}
-    return xr.DataTree.from_dict(groups)
 
 
 def _file_sinks(

@@ -18,12 +18,11 @@ from ..conventions import POLARIZATIONS, unit_from_azimuth
 from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
 from ..physics.shadowing import (
-    HALF,
     half_range,
-    range_smoothing,
     regular_wave_visible_share,
     shadowing_smith67,
     shadowing_wagner67,
+    why_no_half,
 )
 from ..report.reduce import main_waves
 from ..report.sea_statistics import expected_slope_variance
@@ -37,7 +36,6 @@ from .visible_tally import LEVELS_DB, Looks, Tally
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-_NOTHING = 1e-9  # of the sea shadowed: rounding
 
 
 def jackknife(
@@ -59,19 +57,6 @@ def jackknife(
     reach = stdtrit(number - 1, 0.5 + 0.5 * CONFIDENCE) * spread
     low, high = (np.clip(each, *within) for each in (whole - reach, whole + reach))
     return whole, low, high
-
-
-def why_no_half(middle: Array, share: Array) -> str:
-    """Why a curve of shares (bin,) has no `half_range`; empty if it has one."""
-    if np.isnan(share).any():
-        return "not known"
-    if share.min() > 1.0 - _NOTHING:
-        return f"nothing is shadowed within {middle[-1]:.0f} m"
-    if np.isfinite(half_range(middle, share)):
-        return ""
-    if float(range_smoothing(middle)[0] @ share) < HALF:
-        return f"less than half is visible from {middle[0]:.0f} m on"
-    return f"half or more is visible to {middle[-1]:.0f} m"
 
 
 def neighbour_correlation(draws: Array, axis: int) -> float:

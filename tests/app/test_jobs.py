@@ -232,6 +232,19 @@ def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one(
     }
 
 
+def test_a_process_that_is_started_takes_no_module_of_the_users_folder() -> None:
+    """Python puts the folder it is started in first, where a user's numpy.py may lie; not with -P."""
+    package = Path(__file__).parents[2] / "seamap_rt"
+    started = [
+        f"{path.relative_to(package)}: {line.strip()}"
+        for path in package.rglob("*.py")
+        for line in path.read_text().splitlines()
+        if "sys.executable, " in line
+    ]
+    assert len(started) >= 4
+    assert [each for each in started if 'sys.executable, "-P"' not in each] == []
+
+
 # ---------------------------------------------------------------------------------------------------- progress
 
 

@@ -368,7 +368,16 @@ def test_words_of_a_design_that_hears_nothing_name_the_echo_and_no_digits_of_not
 def test_nothing_hides_level_water_from_a_radar() -> None:
     found = sr.outlook("flat")
     assert np.all(found["radar_visible_fraction"] == 1.0)
-    assert [found.attrs[f"half_visible{name}_m"] for name in ("", "_vv", "_hh")] == [None] * 3
+    assert np.isnan([found.attrs[f"half_visible{name}_m"] for name in ("", "_vv", "_hh")]).all()
+
+
+@pytest.mark.parametrize(
+    ("window", "said"),
+    [([100.0, 103.0], "less than half is visible from 100 m on"), ([15.0, 20.0], "half or more is visible to 20 m")],
+)
+def test_where_half_is_visible_to_no_range_it_says_why(window: list[float], said: str) -> None:
+    made = sr.load_scene("tiny", {"radar.range_m": window})
+    assert f"light, VV, HH: {said}" in list(outlook_rows(estimate_outlook(made)))
 
 
 @pytest.mark.parametrize("keys", [{"radar.height_m": 7.0}, {"sea.waves.0.significant_wave_height_m": 1.0, "seed": 5}])

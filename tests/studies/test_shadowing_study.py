@@ -10,15 +10,10 @@ import pytest
 import xarray as xr
 
 from seamap_rt.errors import InputError
+from seamap_rt.physics.shadowing import half_range, why_no_half
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.shadowing import headlines, shadowing, shadowing_by_cutoff, write_shadowing
-from seamap_rt.studies.visible_dataset import (
-    count_quantile,
-    half_range,
-    jackknife,
-    neighbour_correlation,
-    why_no_half,
-)
+from seamap_rt.studies.visible_dataset import count_quantile, jackknife, neighbour_correlation
 from seamap_rt.studies.visible_tally import run_lengths
 from validation.analytic import shadowing_smith67
 
