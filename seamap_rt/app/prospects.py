@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..design_outlook import Outlook, estimate_outlook
+from ..design_outlook.model import half_range_key
 from ..design_outlook.strips import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
@@ -148,8 +149,8 @@ def _figures(
             error = np.nan_to_num(ahead.profile["height_error"][inner])
             rms = float(np.sqrt(np.sum(weight * error**2) / np.sum(weight))) if weight.sum() > 0.0 else float("nan")
             yield "error", "Height error, 50–200 m", rms, "m", 3, -1
-        share = ahead.profile["visible_fraction"]
-        yield "half_visible", "Half of the sea in sight to", _crossing(ahead.range, share, 0.5), "m", 0, 1
+        far = ahead.figures[half_range_key(scene.scattering.polarization)]
+        yield "half_visible", "Half of the sea seen by radar to", far, "m", 0, 1
     yield from _of_sea(scene, waves)
     yield from _of_radar(scene, slant, snr, noise)
     yield "facets", "Facets a turn", float(scene.detail.facets or 0), "", 0, 0
@@ -186,17 +187,6 @@ def _of_radar(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
 def run_seconds(scene: Scene) -> float:
     """Wall time of a run with its page, about, on two cores; a queue knows its own pace."""
     return _SECONDS_A_RUN + scene.turns * (0.05 + _SECONDS_A_FACET * scene.detail.facets)
-
-
-def _crossing(x: Array, y: Array, level: float) -> float:
-    """Where y first falls to a level; the last x where it never does, the first where it begins below."""
-    below = np.flatnonzero(y < level)
-    if not below.size:
-        return float(x[-1])
-    first = int(below[0])
-    if not first:
-        return float(x[0])
-    return float(np.interp(level, y[[first, first - 1]], x[[first, first - 1]]))
 
 
 def _furthest(slant: Array, snr: Array) -> float:

@@ -65,7 +65,12 @@ _VARIABLES = {
 }
 
 
-_HALF_RANGES = {"light": "half_visible_m"} | {each: f"half_visible_{each.lower()}_m" for each in POLARIZATIONS}
+def half_range_key(polarization: str) -> str:
+    """Of an outlook's figures, that of the range to which half of the water is visible to a radar."""
+    return f"half_visible_{polarization.lower()}_m"
+
+
+_HALF_RANGES = {"light": "half_visible_m"} | {each: half_range_key(each) for each in POLARIZATIONS}
 
 
 @dataclass(frozen=True)

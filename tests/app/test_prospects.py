@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from seamap_rt import outlook
 from seamap_rt.app.prospects import prospects, run_bytes, run_seconds
 from seamap_rt.products.link import link_budget
 from seamap_rt.scene import load_scene
@@ -36,6 +37,12 @@ def test_a_higher_mast_sees_more_and_a_wider_baseline_is_finer() -> None:
     assert high["reach"] > low["reach"]
     wide = prospects(load_scene("choppy_sea", {"radar.baseline_m": 0.4})).values
     assert wide["noise_100"] == pytest.approx(0.5 * prospects(load_scene("choppy_sea")).values["noise_100"], rel=1e-6)
+
+
+@pytest.mark.parametrize("polarization", ["VV", "HH"])
+def test_half_is_seen_as_far_as_the_outlook_says_of_the_radars_polarization(polarization: str) -> None:
+    scene = load_scene("choppy_sea", {"scattering.polarization": polarization})
+    assert prospects(scene).values["half_visible"] == outlook(scene).attrs[f"half_visible_{polarization.lower()}_m"]
 
 
 def test_the_spectrum_holds_the_sea_that_is_asked_for() -> None:
