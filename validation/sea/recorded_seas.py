@@ -114,8 +114,8 @@ def _print_maps() -> None:
 
 
 def _maps(scene: Scene) -> dict[str, tuple[np.ndarray, float]]:
-    """Heights of maps and their rms errors, m, in cells that are seen: of the drawn sea, of its record, whose times 0 are
-    made alike, and of a run's own sea."""
+    """Heights of maps and their rms errors, m, in cells that are seen: of the drawn sea, of its record, whose times 0
+    are made alike, and of a run's own sea."""
     sea = drawn(scene)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "longer.nc"
