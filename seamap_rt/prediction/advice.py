@@ -8,7 +8,7 @@ Draws are of one sea for all courses, so that courses are compared in pairs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ _BAND = 2.5, 97.5  # per cent
 _OUTER = 95.0
 _ROUND, _SPEEDS = 24, (0.0, 2.0, 4.0, 6.0)
 _LEAST = 2  # draws
+_WITH_BOUND = 3  # numbers of what is held
 _NOTES = (
     "straight courses, steered at once; linear motions at the encounter frequency; lift, trim, planing, surf-riding "
     "and the change of added mass and damping by speed are not modelled"
@@ -50,19 +51,18 @@ def advise(
     *,
     limits: Mapping[str, float] | None = None,
     mission: str = "least_roll",
-    hold: tuple[float, float] | None = None,
+    hold: Sequence[float] | None = None,
     hull: Hull | None = None,
     draws: int = 60,
-    seed: int = 0,
 ) -> xr.Dataset:
     """Motions and their dangers by heading and speed over ground, and what is best for a mission.
 
     field: as from `reconstruct`. headings: degrees clockwise from north, 24 all round if left out; speeds: m/s, 0 to 6
     by twos if left out. horizon_s: how long a course is held. limits: by magnitude, of heave [m], roll, pitch [deg] and
     vertical acceleration [m/s²] at `hull.place_m`. mission: `least_roll` (rms, deg), `fewest_exceedances` (of limits),
-    `most_way` (m towards the held heading, where the limits hold all the time; nothing elsewhere). hold: heading and
-    speed now, the first ones if left out. hull: places on board; left out, what the vessel's sizes give.
-    draws, seed: of what may come.
+    `most_way` (m towards where the boat is bound, where the limits hold all the time; nothing elsewhere). hold: heading
+    and speed now, the first ones if left out, and the direction in which the boat is bound [deg], that heading if left
+    out. hull: places on board; left out, what the vessel's sizes give. draws: of what may come.
 
     Returns (heading, speed, part) rms and `_p95`, the magnitude that the highest stays below in 95 of 100 cases, of
     each motion, the probabilities that a limit is exceeded, of a slam and of green water, the distance made good; and
@@ -80,7 +80,6 @@ def advise(
         horizon_s,
         hull=hull,
         draws=draws,
-        seed=seed,
         task={"mission": mission, "limits": limits, "hold": hold},
     )
     return made.assign_attrs(issued=float(field.issued))
@@ -102,7 +101,8 @@ def advise_on(
     """As `advise`, of any sea ahead; task: mission, limits and hold."""
     mission, limits, hold = _task(**(task or {}))
     heading, speed = _courses(headings, speeds)
-    held = Course(float(heading[0]), float(speed[0])) if hold is None else Course(*hold)
+    held = Course(float(heading[0]), float(speed[0])) if hold is None else Course(*hold[:2])
+    bound = held.heading_deg if hold is None or len(hold) < _WITH_BOUND else hold[-1]
     if not (np.isfinite(horizon_s) and horizon_s >= 2.0 * _STEP_S):
         raise InputError(f"horizon_s = {horizon_s:g}: must be finite and at least {2.0 * _STEP_S:g}")
     if draws < _LEAST:
@@ -115,7 +115,7 @@ def advise_on(
     drawn[:, 1:3] = np.degrees(drawn[:, 1:3])
     degrees = np.array([1.0, 180.0 / np.pi, 180.0 / np.pi, 1.0, 1.0])
     still, moving = (each * degrees for each in sea.moments(transfers))
-    way = np.array([each.speed_m_s * np.cos(np.radians(each.heading_deg - held.heading_deg)) for each in courses])
+    way = np.array([each.speed_m_s * np.cos(np.radians(each.heading_deg - bound)) for each in courses])
     seen, beyond = _of_draws(drawn, limits, hull), _of_spectrum(still, moving, limits, hull)
     seen["distance_made_good"], beyond["distance_made_good"] = way * horizon_s, way * _BEYOND_S
     shape = heading.size, speed.size
@@ -127,8 +127,8 @@ def advise_on(
 
 
 def _task(
-    mission: str = "least_roll", limits: Mapping[str, float] | None = None, hold: tuple[float, float] | None = None
-) -> tuple[str, dict[str, float], tuple[float, float] | None]:
+    mission: str = "least_roll", limits: Mapping[str, float] | None = None, hold: Sequence[float] | None = None
+) -> tuple[str, dict[str, float], Sequence[float] | None]:
     """Checked."""
     if mission not in MISSIONS:
         raise InputError(f"mission = '{mission}': must be one of {', '.join(MISSIONS)}")
@@ -140,8 +140,10 @@ def _task(
             raise InputError(f"limits: {name} = {value:g}: must be finite and above 0")
     if mission != "least_roll" and not limits:
         raise InputError(f"limits: is empty, and mission = '{mission}' needs one of {', '.join(LIMITED)}")
-    if hold is not None and not (len(hold) == 2 and np.isfinite(hold).all() and hold[1] >= 0.0):
-        raise InputError(f"hold = {hold}: must be a heading [deg] and a speed of at least 0 m/s")
+    if hold is not None and not (len(hold) in (2, _WITH_BOUND) and np.isfinite(hold).all() and hold[1] >= 0.0):
+        raise InputError(
+            f"hold = {hold}: must be a heading [deg] and a speed of at least 0 m/s, and where it is bound [deg]"
+        )
     return mission, limits, hold
 
 
