@@ -4,6 +4,8 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .advice import advise
+from .advice_motions import Hull
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -16,10 +18,12 @@ __all__ = [
     "Box",
     "Disc",
     "Follower",
+    "Hull",
     "Observations",
     "Predictor",
     "Spectrum",
     "WaveField",
+    "advise",
     "forecast",
     "forecasts",
     "highest_wave",

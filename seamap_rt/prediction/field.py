@@ -79,7 +79,7 @@ class WaveField(InRows):
     def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
         """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
         mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0].real
-        return np.where(self._met(x, y, time), mean, 0.0)
+        return np.where(self.met(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected slopes (…, 2) towards east and north, and their standard errors."""
@@ -116,8 +116,8 @@ class WaveField(InRows):
 
     def _predict(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
-        means, met = self._expected(wanted, points), self._met(*points)
-        share, made = self._short_share(points), []
+        means, met = self._expected(wanted, points), self.met(*points)
+        share, made = self.short_share(points), []
         for quantity, waves, kept, samples in zip(wanted, means, *self._left(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
@@ -138,7 +138,7 @@ class WaveField(InRows):
         and what is open drawn from its own spectrum, so that neighbouring moments, and quantities, hang together."""
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
-        met, share = self._met(*points), self._short_share(points)
+        met, share = self.met(*points), self.short_share(points)
         _, missed = self._left(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
@@ -161,7 +161,7 @@ class WaveField(InRows):
             made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
-    def _met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
+    def met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
         """Where (point,) no wave comes that the periodic lattice brings in a second time."""
         away = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1])
         lapse = np.maximum(time - self.begun, self.issued - time)
@@ -172,7 +172,7 @@ class WaveField(InRows):
         """Groups (group,) that the samples do not hold."""
         return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
-    def _short_share(self, points: Points) -> Field:
+    def short_share(self, points: Points) -> Field:
         """What is open (point, group) of groups that the samples do not hold, as a share; 0 of others."""
         share = np.zeros((points[0].size, self.knowledge.groups.k.size))
         share[:, self._short] = self.knowledge.open_share(*points, self._short)
@@ -193,6 +193,26 @@ class WaveField(InRows):
         """Waves (factor, sample, point) that a fit missed, of the last turns and of places around, whose real parts are
         errors alike, and whose phases are free; factors: what is meant, of the samples' amplitudes. fitted: after them
         as many that it found."""
+        (kx, ky, omega), kept, missed = self._sampled(fitted=fitted)
+        waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
+        made = np.empty((waves.shape[0], x.size), np.complex64)
+        east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
+        block = max(1, int(_BLOCK / kept.size))
+        for first in range(0, x.size, block):
+            part = slice(first, first + block)
+            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
+            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
+        return made.reshape(len(factors), -1, x.size)
+
+    def sampled(self) -> tuple[tuple[Field, Field, Field], NDArray[np.complex64], NDArray[np.complex64]]:
+        """The samples' waves: kx, ky [rad/m] and omega [rad/s] (wave,), and amplitudes (sample, wave) [m], by place
+        from the antennas and time from the issue, of what a fit missed and of what it found, here and around."""
+        waves, _, both = self._sampled(fitted=True)
+        missed, found = np.split(both, 2)
+        return waves, missed, found
+
+    def _sampled(self, *, fitted: bool) -> tuple[tuple[Field, Field, Field], NDArray[np.intp], NDArray[np.complex64]]:
+        """Waves, which of the lattice's they are, and amplitudes: see `samples` and `sampled`."""
         lattice = self.members[0].lattice
         held = lattice.scale.ravel() ** 2
         order = np.argsort(held)[::-1]
@@ -203,15 +223,7 @@ class WaveField(InRows):
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
         missed = np.stack([missed * step for step in steps], axis=1).reshape(-1, kept.size).astype(np.complex64)
-        waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
-        made = np.empty((waves.shape[0], x.size), np.complex64)
-        east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
-        block = max(1, int(_BLOCK / kept.size))
-        for first in range(0, x.size, block):
-            part = slice(first, first + block)
-            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
-            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
-        return made.reshape(len(factors), -1, x.size)
+        return (kx, ky, omega), kept, missed
 
     @property
     def _sinking(self) -> float:
