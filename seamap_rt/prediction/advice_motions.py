@@ -32,7 +32,7 @@ _HELD = 0.999  # of the expected sea's power, in the waves that sums are made of
 _SPECTRAL, _ERRORS = 0.99, 0.97  # of the spectrum's variance; of that in the groups that errors are drawn from
 _COARSE_S = 5.0  # between leads at which samples of what is open are taken
 _TOGETHER = 2  # decimals [m, s] of places that are one
-_EXACT = 1e-3  # of the transforms, relative
+_EXACT = 1e-4  # of the transforms, relative
 _OCHI = 0.093  # re-entry speed of a slam over √(g L) (Ochi 1964)
 
 
