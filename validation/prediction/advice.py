@@ -1,7 +1,7 @@
 """Boats that follow the advice, beside boats that hold their course, follow the spectrum alone, or know the sea ahead.
 
-    python -m validation.prediction.advice [--seeds 12] [--first 701] [--minutes 10] [--boats 2]
-    python -m validation.prediction.advice --radar [--seeds 4] [--first 721] [--minutes 3]
+    python -m validation.prediction.advice [--seeds 12] [--first 701] [--minutes 10] [--boats 2] [--runs FILE]
+    python -m validation.prediction.advice --radar [--seeds 4] [--first 721] [--minutes 3] [--runs FILE]
 
 A boat answers by a first-order lag: heading in 4 s, at most 8° a second, speed in 6 s. It is bound 60° off the waves,
 at 4 m/s, and may steer up to 45° to either side and slow down to a half. Each 2 s it is advised for the next 20 s
@@ -21,14 +21,15 @@ first-order Lagrangian waves; the boat's motions are those of the waves whose wa
 
 The true motions are the vessel's responses at the heading and speed of each moment: linear, and steady from moment to
 moment. By task and sea: rms roll, roll's exceedances a minute, way lost against holding on, and what of foresight's
-gain each has; 95 % bands by bootstrap over runs, which are paired.
+gain each has; 95 % bands by bootstrap over runs, which are paired. --runs keeps each run in a file as it ends, a line
+of JSON; runs that are there are reported and not made anew.
 """
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,7 @@ from validation.options import options
 from validation.prediction.forecasts import own_spectrum, scene_of
 
 Field = NDArray[np.float64]
+Key = tuple[int, str, str, str]  # seed, sea, boat, task
 
 STEP_S, EACH_S, HORIZON_S, DELAY_S = 0.25, 2.0, 20.0, 0.5
 FULL_M_S, OFF_DEG, AWAY_DEG = 4.0, 60.0, 45.0
@@ -256,8 +258,10 @@ def arms(sea: FreeSea, errors: FreeSea, vessel: Vessel, task: Task, seconds: flo
     return made
 
 
-def drawn_runs(seeds: Sequence[int], minutes: float, boats: int) -> Iterator[dict[str, Any]]:
-    """One run after the other: seas, boats and tasks of a seed."""
+def drawn_runs(
+    seeds: Sequence[int], minutes: float, boats: int, known: Set[Key] = frozenset()
+) -> Iterator[dict[str, Any]]:
+    """One run after the other, seas, boats and tasks of a seed, but those that are known."""
     for seed in seeds:
         for number, name in enumerate(DRAWN_SEAS):
             spectrum = own_spectrum(scene_of(name, seed, 1), DEEP_WATER)
@@ -265,6 +269,8 @@ def drawn_runs(seeds: Sequence[int], minutes: float, boats: int) -> Iterator[dic
             errors = replace(sea, amplitudes=FreeSea.drawn(spectrum, 10 * seed + number + 5, False).amplitudes)
             for boat, vessel in list(BOATS.items())[:boats]:
                 for task in tasks(sea, vessel, 270.0):
+                    if (seed, name, boat, task.mission) in known:
+                        continue
                     made = arms(sea, errors, vessel, task, 60.0 * minutes)
                     came = {arm: vars(Came.of(each, sea, vessel, task)) for arm, each in made.items()}
                     yield {"seed": seed, "sea": name, "boat": boat, "task": task.mission, "came": came}
@@ -314,10 +320,12 @@ class RadarRun:
         return boat
 
 
-def radar_runs(seeds: Sequence[int], minutes: float) -> Iterator[dict[str, Any]]:
+def radar_runs(seeds: Sequence[int], minutes: float, known: Set[Key] = frozenset()) -> Iterator[dict[str, Any]]:
     """The radar in the loop, and the other arms on the same sea."""
     for seed in seeds:
         for name in DRAWN_SEAS[:2]:
+            if (seed, name, "7 m", TASKS[0]) in known:
+                continue
             begin, run = time.process_time(), RadarRun(name, seed, 60.0 * minutes)
             task = next(tasks(run.sea, run.vessel, 270.0))
             stream = np.random.default_rng(seed)
@@ -375,12 +383,13 @@ def report(runs: list[dict[str, Any]]) -> None:
 def main() -> None:
     given = options(__doc__, seeds=12, first=701, minutes=10.0, boats=2, radar=False, runs=Path)
     seeds = range(given.first, given.first + given.seeds)
-    made = radar_runs(seeds, given.minutes) if given.radar else drawn_runs(seeds, given.minutes, given.boats)
-    runs = (
-        [json.loads(line) for line in given.runs.read_text().splitlines()] if given.runs and given.runs.exists() else []
-    )
+    kept = given.runs.read_text().splitlines() if given.runs and given.runs.exists() else []
+    runs = [json.loads(line) for line in kept]
     known = {(run["seed"], run["sea"], run["boat"], run["task"]) for run in runs}
-    for run in made if not known else ():
+    drawn = (
+        radar_runs(seeds, given.minutes, known) if given.radar else drawn_runs(seeds, given.minutes, given.boats, known)
+    )
+    for run in drawn:
         runs.append(run)
         if given.runs:
             with given.runs.open("a") as file:
