@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..conventions import POLARIZATIONS, from_db, wrap_degrees
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
+from ..physics.shadowing import LEVELS_DB
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
 from ..resolved_scene import installation_of, run_sea
@@ -24,7 +25,6 @@ from ..tracing.visibility import two_way_power
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
-LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ from ..conventions import POLARIZATIONS
 from .diffraction import field_over_profiles
 from .illumination import Illumination
 
-SEEN_DB = -6.0  # of two-way power over that of the same water lit, from which on a radar sees it
 _HORIZON = 0.388  # f(0)/2
 _LEAST = 1e-4  # of sin ψ: what faces the ray less is taken as facing it by so much
 
