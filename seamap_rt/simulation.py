@@ -36,6 +36,7 @@ from .scene import Scene, SceneLike, as_scene
 from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
+from .tracing.visibility import water_powers
 from .truth import ground_truth, polar_truth, where_known
 from .visible_share import VisibleShare
 
@@ -240,20 +241,17 @@ class Simulator:
         return Turn(number, echoes, both, begun, timing, int(facets.height.size), rays, slope, folded)
 
     def _visible_share(self, mesh: SurfaceMesh, light: Illumination) -> VisibleShare:
-        """To light, and to a radar by the field over edges, whether or not the scene's echoes have it."""
-        from .tracing.diffraction import diffract  # compiles
-
-        wavelength = self.scene.wavelength_m
-
-        def bent(columns: slice) -> Illumination:
-            part = light.part(columns)
-            if part.field is not None:
-                return part
-            return self.scenery.hide(diffract(part, mesh.levelled_part(columns), wavelength))
-
         water = permittivity_of(self.scene.scattering, self.installation.radar.frequency_hz)
-        parts = (bent(columns) for columns in mesh.grid.parts)
-        return VisibleShare.of(parts, mesh.grid, self.installation.radar, water, wavelength)
+
+        def parts() -> Iterator[tuple[Illumination, list[NDArray[np.float64]]]]:
+            for columns in mesh.grid.parts:
+                part = light.part(columns)
+                open_to = replace(part, lit=np.ones_like(part.lit), field=None)  # but for objects
+                free = self.scenery.hide(open_to).visible_to_both
+                powers = water_powers(mesh.part(columns), water, self.scene.wavelength_m)
+                yield part, [each * free for each in powers]
+
+        return VisibleShare.of(parts(), mesh.grid, self.installation.radar)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,7 +16,6 @@ from .physics.shadowing import LEVELS_DB, SEEN_DB, half_range
 from .radar.scan import sector_width
 from .settings import RadarSettings
 from .tracing import Illumination
-from .tracing.visibility import two_way_power
 
 Array = NDArray[np.float64]
 
@@ -47,20 +46,18 @@ class VisibleShare:
     @classmethod
     def of(
         cls,
-        parts: Iterable[Illumination],
+        parts: Iterable[tuple[Illumination, Sequence[NDArray[np.float64]]]],
         grid: PolarGrid,
         radar: RadarSettings,
-        permittivity: complex,
-        wavelength_m: float,
     ) -> VisibleShare:
-        """parts: neighbouring columns of one turn's light, with the field over edges; grid: of the whole turn."""
+        """parts: neighbouring columns of one turn's light, with their powers as `water_powers` gives them; grid: of the
+        whole turn."""
         inside = (grid.column_sweep > 0.0) & (grid.column_sweep < sector_width(radar))
         inside |= not inside.any()
         sums, columns, facets, first = 0.0, 0, None, 0
-        for facets in parts:
+        for facets, powers in parts:
             chosen = inside[first : first + facets.grid.columns]
             first += facets.grid.columns
-            powers = (two_way_power(facets, each, permittivity, wavelength_m) for each in POLARIZATIONS)
             seen = [power >= from_db(level) for power in powers for level in LEVELS_DB]
             whole = 1.0 if facets.in_sight is None else facets.in_sight
             shown = np.array([(each * whole)[chosen].sum(axis=0) for each in (facets.visible_to_both, *seen)])
