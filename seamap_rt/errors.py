@@ -54,8 +54,8 @@ def must_be(name: str, value: object, kinds: type | tuple[type, ...], wanted: st
 
 def refuse(problems: Iterable[str]) -> None:
     """Raise InputError with all of the problems, if there are any."""
-    if told := tuple(problems):
-        raise InputError(*told)
+    if messages := tuple(problems):
+        raise InputError(*messages)
 
 
 class SchemaError(ValueError):

@@ -66,11 +66,11 @@ class Gate:
 
     def _knows(self, cookies: str, query: bytes) -> bool:
         pairs = (each.strip().partition("=") for each in cookies.split(";"))
-        told = [
+        tokens = [
             *parse_qs(query.decode("latin-1")).get("token", []),
             *(v for name, _, v in pairs if name == self.cookie),
         ]
-        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in told)
+        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in tokens)
 
 
 @dataclass

@@ -70,8 +70,8 @@ def predict(
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
-    if told := last.attrs.get("vessel_notes"):
-        console.print(f"flag: {told}")
+    if notes := last.attrs.get("vessel_notes"):
+        console.print(f"flag: {notes}")
     console.print(*_headlines(last, issued, seen["polar"].sizes["turn"]), folder / _PRODUCT, sep="\n")
     return 0
 
@@ -225,7 +225,7 @@ def retrieve(
             wait_s=follow,
             wind_from_deg=wind_from,
             even_if_wrong=even_if_wrong,
-            told=_told if follow else lambda _: None,
+            on_turn=_print_turn if follow else lambda _: None,
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
@@ -258,7 +258,7 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
     return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
 
 
-def _told(maps: xr.DataTree) -> None:
+def _print_turn(maps: xr.DataTree) -> None:
     """A line for a turn that has just come."""
     from ..conventions import turn_name
 

@@ -326,8 +326,8 @@ def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tupl
 
 
 def _version(path: str) -> tuple[int, int]:
-    told = Path(path).stat()
-    return told.st_mtime_ns, told.st_size
+    status = Path(path).stat()
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=4)
@@ -374,8 +374,8 @@ def _axes(values: xr.DataArray) -> dict[str, str]:
         for dimension in values.dims:
             if dimension not in values.coords:
                 continue
-            told = values[dimension].attrs
-            by_cf = {str(told.get("axis", "")), str(told.get("standard_name", ""))}
+            attributes = values[dimension].attrs
+            by_cf = {str(attributes.get("axis", "")), str(attributes.get("standard_name", ""))}
             if str(dimension).lower() in names or by_cf & set(_CF_AXES[axis]):
                 found[axis] = str(dimension)
     return found

@@ -80,8 +80,8 @@ def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
     side = 2.0 * np.pi / float(lattice.k[strongest]) / _SQUARES
     i, j = (np.floor((each - each.min()) / side).astype(int) for each in (seen.x, seen.y))
     square = i * (int(j.max()) + 1) + j
-    told = np.bincount(square, weight)[square] / side**2
-    return 2.0 * np.pi**2 * density * _PLENTY * told / weight
+    total = np.bincount(square, weight)[square] / side**2
+    return 2.0 * np.pi**2 * density * _PLENTY * total / weight
 
 
 def solve(
@@ -240,11 +240,11 @@ class Preconditioner:
         prior = lattice.scale**2
         strongest = np.unravel_index(np.argmax(prior), prior.shape)
         most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)
-        told = _smooth(self._information(number, lattice, batches), _SMOOTH / k, lattice.spacing)
-        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(told.max()))
-        span = np.log(max(float(told.max()) / least, 1.0))
+        information = _smooth(self._information(number, lattice, batches), _SMOOTH / k, lattice.spacing)
+        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(information.max()))
+        span = np.log(max(float(information.max()) / least, 1.0))
         steps = max(int(np.ceil(span / np.log(_RATIO))), 1)
-        height = np.log(np.maximum(told / least, 1.0)) * steps / max(span, 1e-9)
+        height = np.log(np.maximum(information / least, 1.0)) * steps / max(span, 1e-9)
         zone = np.arange(steps + 1.0)[:, None, None]
         windows = np.sqrt(np.clip(1.0 - np.abs(height - zone), 0.0, 1.0))
         levels = np.where(np.isfinite(least), least, 0.0) * np.exp(zone * span / steps)
@@ -260,7 +260,7 @@ class Preconditioner:
             float(np.sum(power * np.gradient(lattice.omega, lattice.spacing, axis=axis)) / max(power.sum(), 1e-30))
             for axis in (0, 1)
         ]
-        told = np.zeros(side * side)
+        information = np.zeros(side * side)
         for batch in batches:
             seen, places = batch.seen, batch.sum.places(number)
             past = seen.time[places] - self._middle
@@ -268,14 +268,14 @@ class Preconditioner:
                 np.round((each[places] - v * past) * (lattice.spacing / (2.0 * np.pi)) * side).astype(int) % side
                 for each, v in zip((seen.x, seen.y), speed, strict=True)
             ]
-            told += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
-        return 0.5 * side**2 * told.reshape(side, side)
+            information += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
+        return 0.5 * side**2 * information.reshape(side, side)
 
 
-def _smooth(told: Field, width: float, spacing: float) -> Field:
+def _smooth(field: Field, width: float, spacing: float) -> Field:
     """Over a Gaussian of so many metres."""
-    side = told.shape[0]
+    side = field.shape[0]
     k = fft.fftfreq(side, 1.0 / side) * spacing
     softly = np.exp(-0.5 * width**2 * k**2)
-    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(told)) * softly[:, None] * softly))
+    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(field)) * softly[:, None] * softly))
     return np.maximum(np.real(smooth), 0.0)

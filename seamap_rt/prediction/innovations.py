@@ -46,7 +46,7 @@ class Innovations:
 
     def __init__(self, seed: int = 0) -> None:
         self._before: deque[WaveField] = deque(maxlen=_AGO)
-        self._told: deque[ErrorSample] = deque(maxlen=_KEPT)
+        self._samples: deque[ErrorSample] = deque(maxlen=_KEPT)
         self._stream = np.random.default_rng(seed)
 
     def remember(self, field: WaveField) -> None:
@@ -55,8 +55,8 @@ class Innovations:
 
     def compare(self, fit: Fit, number: int) -> None:
         """Takes up what one turn tells of an earlier field that rests on not much less than the fit."""
-        for n, each in enumerate(self._told):
-            self._told[n] = replace(each, weight=_FORGOTTEN * each.weight)
+        for n, each in enumerate(self._samples):
+            self._samples[n] = replace(each, weight=_FORGOTTEN * each.weight)
         rows = enumerate(reversed(self._before), 1)
         ago = max((n for n, each in rows if 2 * each.turns >= fit.turns and fit.shares(each)), default=0)
         if number % 2:
@@ -74,11 +74,11 @@ class Innovations:
             if known > 0.0:
                 lapse = float(batch.seen.time.mean()) - earlier.model_error.since
                 drifted = lapse**2 * weight_of_groups(waves, pairs, known)
-                self._told.append(ErrorSample((found - stated) / known, stated / known, drifted))
+                self._samples.append(ErrorSample((found - stated) / known, stated / known, drifted))
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""
-        return likely(self._told, fit.spectrum, fit.middle)
+        return likely(self._samples, fit.spectrum, fit.middle)
 
 
 def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:
@@ -164,10 +164,10 @@ class Drift:
         """The share that waves run by."""
         return float(self._ways[2])
 
-    def water(self, told: Water) -> Water:
+    def water(self, assumed: Water) -> Water:
         """The water as it runs."""
-        east, north = (float(a + b) for a, b in zip(told.current, self.current, strict=True))
-        return replace(told, current=(east, north))
+        east, north = (float(a + b) for a, b in zip(assumed.current, self.current, strict=True))
+        return replace(assumed, current=(east, north))
 
     def learn(self, fit: Fit, number: int) -> bool:
         """Takes up what a turn that the fit does not rest on yet says; whether the waves run otherwise now."""

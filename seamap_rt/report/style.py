@@ -98,13 +98,13 @@ def png(figure: Figure, dark: bool = False) -> bytes:
 def _turn_greys(figure: Figure) -> None:
     """Black is light, white is dark, and greys lie between; colours stay."""
     for artist in figure.findobj(lambda each: not hasattr(each, "patch")):  # whose colours are its patch's
-        told = {}
+        greys = {}
         for what in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
             get, put = (getattr(artist, f"{verb}_{what}", None) for verb in ("get", "set"))
             rows = to_rgba_array(get()) if get is not None and put is not None else ()
             if len(rows) == 1 and np.ptp(rows[0][:3]) == 0.0:
-                told[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
-        for put, colour in told.items():
+                greys[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
+        for put, colour in greys.items():
             put(colour)
 
 

@@ -53,7 +53,7 @@ _LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their c
 _HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
 _UNLIKE = 1.2  # of the errors' variances, over the square of the share in sight: crests are, and troughs are not
 _VELOCITY_WEIGHT = 8.0  # of log-likelihood, against systems that run against the water's velocity
-_TOLD = 0.5  # share that cells keep, of waves that are looked at
+_LEAST_TRANSFER = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.3  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
 _MOST = 3
 _ITERATIONS = 10
@@ -433,7 +433,7 @@ class _WhittleLikelihood:
     """The likelihood of a periodogram of waves shorter than the split."""
 
     def __init__(self, given: Periodogram, split: float, water: Water) -> None:
-        used = (given.wavenumber > split) & (given.transfer > _TOLD)
+        used = (given.wavenumber > split) & (given.transfer > _LEAST_TRANSFER)
         self.given = replace(
             given,
             wavenumber=given.wavenumber[used],
