@@ -250,7 +250,7 @@ def scatter(spectrum: Spectrum) -> float:
 
 @dataclass(frozen=True)
 class ErrorSample:
-    """What one turn showed of an earlier field: the share of what that knew that it had wrong, and the share that it held
+    """What one turn showed of an earlier field: the share of its knowledge that was wrong, and the share that it held
     open; what it should have wrong for each (rad/s)² of drift [s²]; and how much that counts, in turns."""
 
     wrong: float
