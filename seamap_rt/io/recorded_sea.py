@@ -319,7 +319,7 @@ def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tupl
 
 def _version(path: str) -> tuple[int, int]:
     status = Path(path).stat()
-    return status.st_mtime_ns, told.st_size
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=4)
