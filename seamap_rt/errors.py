@@ -33,7 +33,7 @@ def _shortened(text: str, longest: int) -> str:
 class InputError(ValueError):
     """Bad input. `problems` says each thing that is wrong in exactly one line, and the message has no other lines.
 
-    One message is one problem, whatever it holds; several are told together, once each.
+    One message is one problem, whatever it holds; several are raised together, once each.
     """
 
     def __init__(self, message: str, *more: str) -> None:

@@ -237,7 +237,7 @@ class ProspectsView:
             self.refuse("This design is refused: mend what is marked, and its consequences follow.")
 
     def refuse(self, words: str) -> None:
-        """A design that stands, and of which nothing can be told."""
+        """A design that stands, and without an estimate."""
         self._said.set_text(words)
         for each in self._places:
             each.classes(add="opacity-50")

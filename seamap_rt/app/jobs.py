@@ -258,7 +258,7 @@ class Queue:
         return "failed", last or f"ended with exit code {code}"
 
     def _saved(self, job: Job) -> str:
-        """What of a killed run is put under its own name."""
+        """Put the whole part of a killed run under its own name."""
         from ..io.recovery import recover  # takes half a second
 
         try:

@@ -213,7 +213,7 @@ class Roots:
 
 
 def is_text(name: str) -> bool:
-    """False for a name with letters that do not print, or in bytes that are no text: no browser can be told it."""
+    """False for a name with letters that do not print, or in bytes that are no text: no browser can be given it."""
     return not _NO_TEXT.search(name)
 
 

@@ -137,7 +137,7 @@ def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
 
 
 def list_uploads(roots: Roots, kind: str) -> list[Path]:
-    """What of a kind's endings lies among the uploads, by name."""
+    """Uploads with a kind's endings, by name."""
     if not roots.uploads.is_dir():
         return []
     there = (each for each in roots.uploads.iterdir() if is_text(each.name))

@@ -212,7 +212,7 @@ def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[st
 
 
 def _left_out(scene: Scene) -> str:
-    """What of this scene the outlook does not know."""
+    """Parts of this scene that the outlook does not model."""
     left = {
         "objects and the boat's own structure": bool(scene.objects),
         "sharper crests": scene.sea.model != "linear",

@@ -147,7 +147,7 @@ class EchoStore:
             try:
                 _cut(self.path, self._arrays.values(), turns, pulses, growing=False)
             except OSError:
-                if raised[1] is None:  # else that is what is told
+                if raised[1] is None:  # else that one is reported
                     raise
 
     def _create(self, turn: xr.Dataset) -> None:

@@ -8,7 +8,7 @@ there, is the velocity potential at the surface; else the water's velocity there
 Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
 Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
-largest square without. Other gaps are filled (`gaps`), and how wide they are is told with each frame.
+largest square without. Other gaps are filled (`gaps`), and each frame states how wide they are.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class DensityUnit:
 def density_unit(declared: str, called: str, omega: bool = False, action: bool = False) -> DensityUnit:
     """By the words of a unit. omega: the file counts frequencies in rad/s; action: the density is called one of action.
 
-    Raises InputError for what is no directional density, and where per Hz and per rad/s cannot be told apart.
+    Raises InputError for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
     """
     size, powers = parsed(declared) or (0.0, {})
     length, seconds, mass, angles = (powers.get(each, 0) for each in ("length", "time", "mass", "angle"))
@@ -94,7 +94,7 @@ def wave_from_degrees(
 ) -> NDArray[np.float64]:
     """Directions (d,) as degrees clockwise from north where waves come from, by their coordinate's attributes;
     more: what else the file says of directions, where these say nothing; otherwise: what a file of this kind means
-    where nothing does. Raises InputError for what cannot be told."""
+    where nothing does. Raises InputError for what is ambiguous."""
     unit = plain_attribute(attributes.get("units"))
     if unit is None and direction.size > 2 and np.ptp(direction) > 4.0 and np.abs(direction).max() <= _FULL_CIRCLE:
         raise InputError(
@@ -266,7 +266,7 @@ def as_declared(density: xr.DataArray, kind: str, path: Path) -> xr.DataArray:
 
 
 def _of_logarithms(density: xr.DataArray, called: str) -> tuple[xr.DataArray, bool]:
-    """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were is told too."""
+    """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were comes too."""
     from wavespectra.input.era5 import from_era5
 
     if not float(density.min()) < 0.0:

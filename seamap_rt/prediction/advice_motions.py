@@ -224,8 +224,8 @@ class SeaAhead:
 
 
 class _Settling:
-    """What of a wave field's sums is worth keeping, and what stays open: the shares that `WaveField.predict` has for
-    the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
+    """The part of a wave field's sums that is worth keeping, and what stays open: the shares that `WaveField.predict` has
+    for the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
 
     def __init__(self, field: WaveField) -> None:
         self._field = field

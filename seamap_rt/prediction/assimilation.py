@@ -3,13 +3,13 @@
 Of amplitudes a, both parts of which have prior variances S, and observations y = H a + e the expected sea is a = √S u,
 where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients.
 Weights hold the observations' errors and the waves that the lattices do not carry there. Near the antennas the sea is
-told a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
+known a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
 better than anybody asks counts for less.
 
 Preconditioners. For every wave both lie in one sum: no diagonal serves. But a packet of waves has a place too. In zones
-in which the sea is told about equally well, w, the operator is about 1 + S w for waves of prior variance S; packets are
+in which the sea is about equally known, w, the operator is about 1 + S w for waves of prior variance S; packets are
 taken apart into zones by windows whose squares sum to 1, each zone is solved by itself, and the zones are put together
-again (a windowed symbol's inverse). What was told at another time of packets is told where they are in the middle of
+again (a windowed symbol's inverse). What was observed at another time of packets counts where they are in the middle of
 the time, by the mean velocity of groups. Of the strongest of the long waves, few in a circle, the part of the normal
 matrix is inverted: observations determine a swell a million times better than its prior where it was seen, and not at
 all a wavelength farther out; conjugate gradients that stop early leave waves out there that are far too high, and these
@@ -39,9 +39,9 @@ _AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was s
 # fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
-_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more that is told counts half: shadows
+_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more information counts half: shadows
 # and the waves on top err heights of a wave all along, so that more of them tell no more
-_SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how much is told
+_SQUARES = 8.0  # a wavelength of the strongest waves: over which information is summed
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def _dot(one: Sequence[NDArray[np.complexfloating]], other: Sequence[NDArray[np.
 
 _MOST = 240  # waves
 _LEAST = 1e-2  # of the strongest one's prior variance
-_LONG = 0.15  # of how wide what was seen is: shorter waves are told well enough apart by zones
+_LONG = 0.15  # of how wide what was seen is: zones resolve shorter waves well enough
 _ZONE_SQUARES = 5.0  # a wavelength of the shortest of them
 
 
@@ -188,8 +188,8 @@ class StrongestWaves:
         return (real + 1j * imaginary).astype(np.complex64)
 
 
-_RATIO = 20.0  # of what is told, from zone to zone
-_FAINT = 0.3  # of the strongest wave's prior: less told than this is nothing told
+_RATIO = 20.0  # of information, from zone to zone
+_FAINT = 0.3  # of the strongest wave's prior: less information than this is none
 _SMOOTH = 2.0  # over the strongest waves' wavenumber: packets are no narrower
 
 

@@ -162,7 +162,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
 
 
 def _one_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dataset, tuple[str, ...], bool]:
-    """What of a file is one body's, the names of its degrees of freedom, and whether there are several bodies."""
+    """One body's part of a file, the names of its degrees of freedom, and whether there are several bodies."""
     among = {name: [str(each) for each in np.atleast_1d(held[name])] if name in held else [] for name in _DOFS}
     every = [each for each in among[_DOFS[0]] if each in among[_DOFS[1]]]
     bodies = list(dict.fromkeys(each.rpartition("__")[0] for each in every))

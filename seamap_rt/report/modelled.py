@@ -69,7 +69,7 @@ _ONCE = {"scattering": "calibrate"}
 
 
 def costed(rows: Rows, timing: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The rows with `cost` in words, and `cost_s` [s] and `cost_share` of a turn where they can be told apart.
+    """The rows with `cost` in words, and `cost_s` [s] and `cost_share` of a turn where they can be separated.
 
     timing: {"first": {stage: s}, "warm": {stage: s} or None}, of which the warm turns count if there are any.
     """

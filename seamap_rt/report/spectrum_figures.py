@@ -187,7 +187,7 @@ def _spectra(axes: Axes, spectrum: xr.Dataset, systems: list[_System]) -> None:
 @dataclass(frozen=True)
 class Density:
     """Mean spectrum of some turns: frequency (f,) Hz, density (f,) m²/Hz; over direction bins (d,) of degrees that the
-    waves come from `directional` (f, d) m²/Hz/°, over `bins` (f,) Hz; None where directions are not told."""
+    waves come from `directional` (f, d) m²/Hz/°, over `bins` (f,) Hz; None where directions are unknown."""
 
     frequency: Array
     density: Array

@@ -24,7 +24,7 @@ DPI = 130
 WIDTH = 7.2  # inches: two columns of a journal
 FONT = 7.5  # points
 
-# Okabe & Ito's palette: told apart by all common kinds of colour vision, and by lightness in print.
+# Okabe & Ito's palette: distinct in all common kinds of colour vision, and by lightness in print.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
 BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#767676"
 BLANK = "#c3c0b6"  # where the radar looked and got no height
@@ -109,7 +109,7 @@ def _turn_greys(figure: Figure) -> None:
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure, as wide as the page unless told otherwise; inches."""
+    """An empty figure, as wide as the page unless set otherwise; inches."""
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure

@@ -1,4 +1,4 @@
-"""The checks across sections, in their order, and what each relies on: all that is wrong is told in one go; and the
+"""The checks across sections, in their order, and what each relies on: all that is wrong is reported at once; and the
 memory that a run takes."""
 
 from __future__ import annotations
