@@ -122,7 +122,7 @@ class Queue:
 
     def progress(self, job: Job) -> Progress:
         """How far a job is."""
-        return read_progress(Path(self._told(job)), job, pace=self.pace(job.words[0]))
+        return read_progress(Path(self._progress_path(job)), job, pace=self.pace(job.words[0]))
 
     def pace(self, kind: str) -> float | None:
         """What a command takes now over what is guessed, by the last three of its kind that were done here and by how
@@ -190,7 +190,7 @@ class Queue:
             self._attend(job)
 
     def _begin(self, job: Job) -> None:
-        environment = {**os.environ, VARIABLE: self._told(job), "COLUMNS": "200"}
+        environment = {**os.environ, VARIABLE: self._progress_path(job), "COLUMNS": "200"}
         for ending in ("progress", "errors"):
             (self._folder / f"{job.name}.{ending}").unlink(missing_ok=True)
         job.state, job.started = "running", time.time()
@@ -241,7 +241,7 @@ class Queue:
             environment = Path(f"/proc/{job.pid}/environ").read_bytes()
         except OSError:
             return False
-        return os.fsencode(f"{VARIABLE}={self._told(job)}") in environment.split(b"\0")
+        return os.fsencode(f"{VARIABLE}={self._progress_path(job)}") in environment.split(b"\0")
 
     def _ending(self, job: Job, code: int | None) -> tuple[State, str]:
         last = _last_line(self._folder / f"{job.name}.errors")
@@ -258,7 +258,7 @@ class Queue:
         return "failed", last or f"ended with exit code {code}"
 
     def _saved(self, job: Job) -> str:
-        """What of a killed run is put under its own name."""
+        """Put the whole part of a killed run under its own name."""
         from ..io.recovery import recover  # takes half a second
 
         try:
@@ -278,7 +278,7 @@ class Queue:
             number += 1
         return f"{base}.{number}"
 
-    def _told(self, job: Job) -> str:
+    def _progress_path(self, job: Job) -> str:
         """The file of a job's progress."""
         return str(self._folder / f"{job.name}.progress")
 
@@ -360,11 +360,11 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
         spent = now - job.started
         left = spent / done * (of - done) if done else None
         return Progress(line, done / max(of, 1), done, of, left)
-    line, told = _without_left(line)
+    line, left_s = _without_left(line)
     starts, of = _starts(lines), _of(lines)
-    if told is not None:
+    if left_s is not None:
         done = max(0, len(starts) - 1)
-        return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, told)
+        return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, left_s)
     if not starts:
         return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing
@@ -382,7 +382,7 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
 
 
 def _without_left(line: str) -> tuple[str, float | None]:
-    """A line without the time left, and that time [s] where it is told."""
+    """A line without the time left, and that time [s] where it is given."""
     found = _LEFT.search(line)
     if not found:
         return line, None

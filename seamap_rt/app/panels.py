@@ -69,11 +69,11 @@ def map_spectra(source: Source, turn: int) -> MapSpectra:
     """Of the last turns up to one, by its place. OSError where a turn is not there."""
     results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
     attributes = results.attributes("maps/polar" if results.has_maps else "truth/polar")
-    told = {
+    spectra = {
         true: _mean([_polar(source, each, attributes, true=true) for each in turns], as_it_is=true) if there else None
         for true, there in ((False, results.has_maps), (True, results.has_truth))
     }
-    retrieved, true = told[False], told[True]
+    retrieved, true = spectra[False], spectra[True]
     why, shown = "", retrieved if results.has_maps else true
     if shown is None:
         why = "Too little of the sea is in sight for a spectrum."
@@ -114,14 +114,14 @@ def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None
         found = [replace(each, spectrum=each.spectrum.corrected(1.0 / each.transfer, 0.0)) for each in found]
     first = found[0].spectrum
     frequency = first.ring_frequency
-    told = [_on_rings(each, frequency) for each in found]
+    densities = [_on_rings(each, frequency) for each in found]
     step = max(_LEAST_STEP_HZ, float(np.median(np.diff(frequency))))
     edges = np.arange(0.0, frequency[-1] + step, step)
     directed = [each for each in found if each.way_known and each.polar_map.span > _LEAST_SPAN]
     directional = np.mean([_by_direction(each, edges) for each in directed], axis=0) if directed else None
     return Density(
         frequency,
-        np.mean(told, axis=0),
+        np.mean(densities, axis=0),
         0.5 * (edges[1:] + edges[:-1]),
         np.arange(0.5 * _SECTOR_DEG, 360.0, _SECTOR_DEG),
         directional,
@@ -132,8 +132,8 @@ def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
     """Density [m²/Hz] at the frequencies of the first turn's rings, which hardly differ from turn to turn; NaN of waves
     too short for the cells."""
     own = turn.spectrum.ring_frequency
-    told = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
-    return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, told, np.nan)
+    density = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
+    return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, density, np.nan)
 
 
 def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:
@@ -222,7 +222,7 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     return figures.figure(data, look, figures.CONFIG)
 
 
-class Told(NamedTuple):
+class Content(NamedTuple):
     """What a view says: a line, images, figures under their words, and of which things which one was chosen."""
 
     words: str
@@ -233,10 +233,10 @@ class Told(NamedTuple):
 
 
 class FiguresPanel:
-    """Figures of the report. draw: gives `Told` of a source and a turn, or of a folder, with what is chosen and whether
-    the page is dark. label: of the choice."""
+    """Figures of the report. draw: gives `Content` of a source and a turn, or of a folder, with what is chosen and
+    whether the page is dark. label: of the choice."""
 
-    def __init__(self, view: SeeView, draw: Callable[..., Told], label: str = "") -> None:
+    def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
         self._view, self._draw, self._filling = view, draw, False
         self._of: tuple[Any, ...] = ()
         self._said = ui.label().props("role=status").mark("view-words")
@@ -248,16 +248,16 @@ class FiguresPanel:
     async def show(self, *of: Any) -> None:
         """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
         self._of = of
-        told = await jobs.slow(self._draw, *of, self._choice.value, self._view.page.dark)
-        self._said.set_text(told.words)
+        drawn = await jobs.slow(self._draw, *of, self._choice.value, self._view.page.dark)
+        self._said.set_text(drawn.words)
         self._filling = True
-        self._choice.set_options(dict(told.choices), value=told.chosen)
+        self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
         self._filling = False
-        self._choice.set_visibility(bool(told.choices))
-        self._images.show(told.images)
+        self._choice.set_visibility(bool(drawn.choices))
+        self._images.show(drawn.images)
         self._tiles.clear()
         with self._tiles:
-            for words, figure in told.figures:
+            for words, figure in drawn.figures:
                 with tile(words)[1]:
                     ui.label(figure).classes("font-bold figure-value")
 
@@ -272,12 +272,12 @@ class FiguresPanel:
             self._view.redraw()
 
 
-def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Told:
+def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return Told("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
+    return Content("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
 
 
-def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
+def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
     """Of one run, beside what its design was likely to do, or of several by name."""
     floors, laws = [], []
     if law is not None:
@@ -291,16 +291,16 @@ def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = N
         "Height error against range",
         "Graphs of height error, what is stated of it, and bias against ground range.",
         "Of cells more than half in sight, in bins of 10 m.",
-        lambda: curves.draw_errors(told, floors, "Ground range (m)"),
+        lambda: curves.draw_errors(by_range, floors, "Ground range (m)"),
     )
     shares = Picture(
         "share_by_range",
         "Share of the sea in sight",
         "Share of the sea in sight of both antennas and of cells with a height against ground range.",
         "Smith, Wagner: closed forms for a sea of normally distributed slopes." if laws else "",
-        lambda: curves.draw_shares([*laws, *curves.run_shares(told)]),
+        lambda: curves.draw_shares([*laws, *curves.run_shares(by_range)]),
     )
-    known = any(np.isfinite(value).any() for each in told.values() for value in (each.rms, each.stated))
+    known = any(np.isfinite(value).any() for each in by_range.values() for value in (each.rms, each.stated))
     return [errors, shares] if known else [shares]
 
 
@@ -355,7 +355,7 @@ def _why_no_state(source: Source) -> str:
 
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
-    section, told = source.section(azimuth_deg, index), source.by_range(index)
+    section, by_range = source.section(azimuth_deg, index), source.by_range(index)
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     return csv_text([
         [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
@@ -364,7 +364,7 @@ def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
         [],
         ["errors by ground range, cells more than half visible"],
         ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
-        *_rows((told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered)),
+        *_rows((by_range.centre_m, by_range.rms, by_range.bias, by_range.stated, by_range.visible, by_range.answered)),
     ])  # fmt: skip
 
 
@@ -422,10 +422,10 @@ def _read(file: GrowingFile) -> xr.Dataset:
     return xr.Dataset(variables, coordinates)
 
 
-def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Told:
+def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Content:
     """What there is up to a turn of the gauge that is chosen, else of the first."""
     if not has_gauges(source.results):
-        return Told(
+        return Content(
             "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it stands, "
             "and run the design: its record of the surface is held against the map there."
         )
@@ -440,7 +440,7 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Tol
     for key, words, unit, digits in _FIGURES:
         value = float(judged[key]) * (100.0 if unit == "%" else 1.0)
         figures.append((words, f"{number(value, digits)} {unit}".strip()))
-    return Told(
+    return Content(
         place, draw_images([replace(picture, name="gauge")], dark), figures, {each: each for each in names}, name
     )
 
@@ -461,7 +461,7 @@ def read_shadowing(folder: Path) -> xr.Dataset:
         return load(opened, path.name, path)
 
 
-def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
+def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Content:
     """A study in words, and its figure for a look. OSError, KeyError where there is none."""
     data, look = read_shadowing(folder), chosen or "all looks"
     picture = Picture(
@@ -472,12 +472,12 @@ def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return Told(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
+    return Content(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:
     """Where half of the sea is hidden, mast by mast."""
-    told = []
+    parts = []
     for height in data["height"].values:
         mast = data.sel(height=height, look=look)
         half, smith = float(mast["look_r50"]), float(mast["look_r50_smith"]) if "look_r50_smith" in mast else np.nan
@@ -489,9 +489,9 @@ def in_words(data: xr.Dataset, look: str) -> str:
                 (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
             ] + beside
         known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
-        told.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
+        parts.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
-    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(told)}.{level}"
+    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(parts)}.{level}"
 
 
 RangePanel = partial(FiguresPanel, draw=view_by_range)
