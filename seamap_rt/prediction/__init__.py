@@ -6,6 +6,7 @@ the sea's own directional spectrum as what is expected of them. Reads maps and o
 
 from .advice import advise
 from .advice_motions import Hull
+from .advice_windows import countdown, turn_windows
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -24,6 +25,7 @@ __all__ = [
     "Spectrum",
     "WaveField",
     "advise",
+    "countdown",
     "forecast",
     "forecasts",
     "highest_wave",
@@ -32,6 +34,7 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "turn_windows",
     "vessel_notes",
     "vessel_of",
 ]

@@ -53,7 +53,7 @@ def advise(
     mission: str = "least_roll",
     hold: Sequence[float] | None = None,
     hull: Hull | None = None,
-    draws: int = 60,
+    draws: int = 40,
 ) -> xr.Dataset:
     """Motions and their dangers by heading and speed over ground, and what is best for a mission.
 
@@ -94,7 +94,7 @@ def advise_on(
     horizon_s: float = 30.0,
     *,
     hull: Hull | None = None,
-    draws: int = 60,
+    draws: int = 40,
     seed: int = 0,
     task: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:

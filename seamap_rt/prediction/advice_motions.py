@@ -28,9 +28,10 @@ from .vessel import Box, Disc, Vessel
 Envelope = NDArray[np.complex128]
 
 QUANTITIES = ("heave", "roll", "pitch", "acceleration", "bow")  # m, rad, rad, m/s², m (bow over the water there)
-_HELD = 0.9998  # of the expected sea's power, in the waves that sums are made of
-_SPECTRAL = 0.999  # of the spectrum's variance
-_COARSE_S = 3.0  # between leads at which samples of what is open are taken
+_HELD = 0.999  # of the expected sea's power, in the waves that sums are made of
+_SPECTRAL, _ERRORS = 0.99, 0.97  # of the spectrum's variance; of that in the groups that errors are drawn from
+_COARSE_S = 5.0  # between leads at which samples of what is open are taken
+_TOGETHER = 2  # decimals [m, s] of places that are one
 _EXACT = 1e-4  # of the transforms, relative
 _OCHI = 0.093  # re-entry speed of a slam over √(g L) (Ochi 1964)
 
@@ -92,14 +93,12 @@ Shares = Callable[[Waves, Course], Envelope]  # (quantity, wave) per metre of am
 
 @dataclass(frozen=True)
 class Transfers:
-    """Motions per metre of wave amplitude (course, quantity, wave) of a sea's expected waves, groups, spectrum and
-    samples."""
+    """Motions per metre of wave amplitude (course, quantity, wave) of a sea's expected waves, groups and spectrum."""
 
     courses: Sequence[Course]
     waves: Envelope
     groups: Envelope
     spectrum: Envelope
-    samples: Envelope
 
 
 Settled = tuple[Field, Field]  # expected and variance that is open, (course, quantity, moment)
@@ -129,8 +128,8 @@ class SeaAhead:
 
     waves, amplitudes (set, wave) [m]: expected, with phases of the boat's place at lead 0; settle: from envelopes
     (set, course, quantity, moment), leads and transfers to the expected motion and the variance that is open. groups,
-    variances (group,) [m²]: what errors are drawn from. spectrum, spectral (wave,) [m²]: the sea state. samples: other
-    waves that `settle` needs the motions of.
+    variances (group,) [m²]: of what may err, drawn_groups: of them those that errors are drawn from. spectrum, spectral
+    (wave,) [m²]: the sea state.
     """
 
     waves: Waves
@@ -138,9 +137,9 @@ class SeaAhead:
     settle: Callable[[Envelope, Field, Transfers], Settled]
     groups: Waves
     variances: Field
+    drawn_groups: NDArray[np.intp]
     spectrum: Waves
     spectral: Field
-    samples: Waves
 
     @classmethod
     def of(cls, field: WaveField) -> SeaAhead:
@@ -151,26 +150,30 @@ class SeaAhead:
             turns = lattice.kx * east + lattice.ky * north - lattice.omega * field.issued
             parts.append((lattice.kx, lattice.ky, lattice.omega, amplitudes * np.exp(1j * turns)))
         kx, ky, omega, here = (np.concatenate([each[n].ravel() for each in parts]) for n in range(4))
+        of = np.repeat(np.arange(len(parts)), [each[0].size for each in parts])
         kept = _strongest(np.abs(here) ** 2, _HELD)
-        groups, spectrum, settling = field.knowledge.groups, field.spectrum, _Settling(field)
+        sets = np.where(
+            of[kept] == np.arange(len(parts))[:, None], here[kept], 0.0
+        )  # short waves are left out far away
+        groups, spectrum = field.knowledge.groups, field.spectrum
         k, toward = (each.ravel() for each in np.meshgrid(spectrum.k, spectrum.toward, indexing="ij"))
         variances = spectrum.variances.ravel()
         strong = _strongest(variances, _SPECTRAL)
         x, y = k[strong] * np.sin(toward[strong]), k[strong] * np.cos(toward[strong])
         return cls(
             Waves(kx[kept], ky[kept], omega[kept]),
-            here[None, kept],
-            settling.settle,
+            sets,
+            _Settling(field).settle,
             Waves(groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward), groups.omega),
             groups.variance,
+            _strongest(groups.variance, _ERRORS),
             Waves(x, y, spectrum.omega(x, y, k[strong])),
             variances[strong] * spectrum.variance / variances[strong].sum(),
-            settling.waves,
         )
 
     def transfers(self, courses: Sequence[Course], shares: Shares) -> Transfers:
         """Of some courses; all waves of a course at once."""
-        sets = self.waves, self.groups, self.spectrum, self.samples
+        sets = self.waves, self.groups, self.spectrum
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
         made = np.stack([shares(whole, course) for course in courses])
         ends = np.cumsum([each.kx.size for each in sets])
@@ -198,17 +201,19 @@ class SeaAhead:
         """Motions that may come (course, quantity, draw, moment): the expected, and errors of one sea for all courses
         of a draw, of the sea's own spectrum, as large as what is open."""
         mean, variance = self.expected(lead, transfers)
-        normal = np.random.default_rng(seed).standard_normal((draws, 2 * self.variances.size)).astype(np.float32)
+        chosen = self.drawn_groups
+        stream, scale = np.random.default_rng(seed), np.sqrt(self.variances[chosen])
+        normal = stream.standard_normal((draws, 2 * chosen.size), np.float32)
         made = np.empty((*mean.shape[:2], draws, lead.size), np.float32)
         for number, course in enumerate(transfers.courses):
-            share = transfers.groups[number] * np.sqrt(self.variances)
+            share = transfers.groups[number][:, chosen] * scale
             power = np.maximum(np.sum(np.abs(share) ** 2, axis=1), 1e-300)
-            size = np.sqrt(variance[number] / power[:, None]).astype(np.float32)
-            swing = np.exp(-1j * np.multiply.outer(self.groups.encounter(course), lead)).astype(np.complex64)
-            waves = share.T[:, :, None].astype(np.complex64) * swing[:, None, :]
-            both = np.concatenate((waves.real, -waves.imag)).reshape(normal.shape[1], -1)
-            errors = (normal @ both).reshape(draws, -1, lead.size)
-            made[number] = (mean[number].astype(np.float32) + size * errors).transpose(1, 0, 2)
+            size = np.sqrt(variance[number] / power[:, None])
+            swing = np.exp(-1j * np.multiply.outer(self.groups.encounter(course)[chosen], lead)).astype(np.complex64)
+            for each, (part, high) in enumerate(zip(share.astype(np.complex64), size, strict=True)):
+                waves = part[:, None] * swing * high.astype(np.float32)
+                made[number, each] = normal @ np.concatenate((waves.real, -waves.imag))
+            made[number] += mean[number, :, None]
         return made
 
     def moments(self, transfers: Transfers) -> tuple[Field, Field]:
@@ -219,51 +224,55 @@ class SeaAhead:
 
 
 class _Settling:
-    """What of a wave field's sums is worth keeping, and what stays open, as `WaveField.predict` has it: at leads some
-    seconds apart, and for short waves at the boat's first place."""
+    """What of a wave field's sums is worth keeping, and what stays open: the shares that `WaveField.predict` has for
+    the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
 
     def __init__(self, field: WaveField) -> None:
         self._field = field
-        waves, missed, fitted = field.sampled()
-        self.waves, self._rows = Waves(*waves), np.concatenate((missed, fitted))
 
     def settle(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Settled:
         """See `SeaAhead`."""
         field = self._field
-        powers = field.knowledge.groups.variance * np.abs(transfers.groups) ** 2
-        coarse = np.linspace(lead[0], lead[-1], max(2, int(np.ceil(np.ptp(lead) / _COARSE_S)) + 1))
-        kept, said = self._samples(coarse, transfers)
-        here = np.full(coarse.size, field.centre[0]), np.full(coarse.size, field.centre[1]), field.issued + coarse
-        said = said + np.einsum("lg,cqg->cql", field.short_share(here), powers)
-        kept, said = _between(coarse, kept, lead), _between(coarse, said, lead)
+        variances = field.knowledge.groups.variance
+        powers = variances * np.abs(transfers.groups) ** 2
         whole = powers.sum(axis=-1)[..., None]
-        met = np.stack([field.met(*_way(field, course, lead)) for course in transfers.courses])[:, None]
-        still_open = np.where(met, np.minimum(said, whole), whole)
+        coarse = np.linspace(lead[0], lead[-1], max(2, int(np.ceil(np.ptp(lead) / _COARSE_S)) + 1))
+        kept, said = self._samples(coarse, transfers.courses)
+        here = np.full(coarse.size, field.centre[0]), np.full(coarse.size, field.centre[1]), field.issued + coarse
+        short = np.einsum("lg,cqg->cql", field.short_share(here), powers) / np.maximum(whole, 1e-300)
+        share = np.minimum(said[:, None] / variances.sum() + short, 1.0)
+        kept, share = _between(coarse, kept, lead)[:, None], _between(coarse, share, lead)
+        met = field.met(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
+        met = met.reshape(len(transfers.courses), 1, lead.size)
+        still_open = np.where(met, share, 1.0) * whole
         known = whole - still_open
-        right = field.model_error.kept(field.issued + lead, height_of(envelopes[0], known))
-        mean = np.where(met, right * kept * envelopes[0].real, 0.0)
+        out = np.multiply.outer([course.speed_m_s for course in transfers.courses], lead)[:, None]
+        near = np.stack([out < lattice.radius for lattice in field.lattices])
+        waves = np.sum(envelopes * near, axis=0)
+        right = field.model_error.kept(field.issued + lead, height_of(waves, known))
+        mean = np.where(met, right * kept * waves.real, 0.0)
         return mean, still_open + known * (1.0 - right**2)
 
-    def _samples(self, lead: Field, transfers: Transfers) -> tuple[Field, Field]:
-        """Share worth keeping and variance left open (course, quantity, lead), by samples of the fit."""
-        rows, shape = self._rows, (*transfers.samples.shape[:2], lead.size)
-        both = np.empty((rows.shape[0], *shape), np.complex64)
-        for number, (course, share) in enumerate(zip(transfers.courses, transfers.samples, strict=True)):
-            swing = np.exp(-1j * np.multiply.outer(self.waves.encounter(course), lead)).astype(np.complex64)
-            waves = share.T[:, :, None].astype(np.complex64) * swing[:, None, :]
-            both[:, number] = (rows @ waves.reshape(rows.shape[1], -1)).reshape(-1, *shape[1:])
-        wrong, found = np.split(both, 2)
-        alike = np.mean(found.real * wrong.real + found.imag * wrong.imag, axis=0)
-        kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(found) ** 2, axis=0), 1e-12), 0.0, 1.0)
-        left = wrong + (1.0 - kept) * found
-        return kept, 0.5 * np.mean(np.abs(left) ** 2, axis=0)
+    def _samples(self, lead: Field, courses: Sequence[Course]) -> tuple[Field, Field]:
+        """Share of the elevation worth keeping, and its variance left open [m²], (course, lead), by samples."""
+        field = self._field
+        places, number = np.unique(
+            np.stack([each.ravel() for each in _ways(field, courses, lead)]).round(_TOGETHER),
+            axis=1,
+            return_inverse=True,
+        )
+        kept, missed = field.left_elevation(*places)
+        said = 0.5 * np.mean(np.abs(missed) ** 2, axis=0)
+        shape = len(courses), lead.size
+        return kept[number].reshape(shape), said[number].reshape(shape)
 
 
-def _way(field: WaveField, course: Course, lead: Field) -> tuple[Field, Field, Field]:
-    """Places [m] and times [s] (moment,) along a course from the antennas on."""
-    east, north = unit_from_azimuth(course.heading_deg)
-    out = course.speed_m_s * lead
-    return field.centre[0] + east * out, field.centre[1] + north * out, field.issued + lead
+def _ways(field: WaveField, courses: Sequence[Course], lead: Field) -> tuple[Field, Field, Field]:
+    """Places [m] and times [s] (course, moment) along courses from the antennas on."""
+    toward = np.array([unit_from_azimuth(course.heading_deg) for course in courses])
+    out = np.multiply.outer([course.speed_m_s for course in courses], lead)
+    x, y = (first + part[:, None] * out for first, part in zip(field.centre, toward.T, strict=True))
+    return x, y, np.broadcast_to(field.issued + lead, out.shape)
 
 
 def _between(coarse: Field, values: Field, lead: Field) -> Field:

@@ -187,32 +187,18 @@ class WaveField(InRows):
         kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(fitted) ** 2, axis=1), 1e-12), 0.0, 1.0)
         return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
 
+    def left_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
+        """Of the elevation at points: what share of what was fitted is worth keeping (point,), and the waves (sample,
+        point) [m] that this leaves open."""
+        kept, missed = self._left(self.quantities(["elevation"]), (x, y, time))
+        return kept[0], missed[0]
+
     def samples(
         self, factors: Sequence[NDArray[np.complex128]], x: Field, y: Field, time: Field, *, fitted: bool = False
     ) -> NDArray[np.complex64]:
         """Waves (factor, sample, point) that a fit missed, of the last turns and of places around, whose real parts are
         errors alike, and whose phases are free; factors: what is meant, of the samples' amplitudes. fitted: after them
         as many that it found."""
-        (kx, ky, omega), kept, missed = self._sampled(fitted=fitted)
-        waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
-        made = np.empty((waves.shape[0], x.size), np.complex64)
-        east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
-        block = max(1, int(_BLOCK / kept.size))
-        for first in range(0, x.size, block):
-            part = slice(first, first + block)
-            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
-            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
-        return made.reshape(len(factors), -1, x.size)
-
-    def sampled(self) -> tuple[tuple[Field, Field, Field], NDArray[np.complex64], NDArray[np.complex64]]:
-        """The samples' waves: kx, ky [rad/m] and omega [rad/s] (wave,), and amplitudes (sample, wave) [m], by place
-        from the antennas and time from the issue, of what a fit missed and of what it found, here and around."""
-        waves, _, both = self._sampled(fitted=True)
-        missed, found = np.split(both, 2)
-        return waves, missed, found
-
-    def _sampled(self, *, fitted: bool) -> tuple[tuple[Field, Field, Field], NDArray[np.intp], NDArray[np.complex64]]:
-        """Waves, which of the lattice's they are, and amplitudes: see `samples` and `sampled`."""
         lattice = self.members[0].lattice
         held = lattice.scale.ravel() ** 2
         order = np.argsort(held)[::-1]
@@ -223,7 +209,15 @@ class WaveField(InRows):
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
         missed = np.stack([missed * step for step in steps], axis=1).reshape(-1, kept.size).astype(np.complex64)
-        return (kx, ky, omega), kept, missed
+        waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
+        made = np.empty((waves.shape[0], x.size), np.complex64)
+        east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
+        block = max(1, int(_BLOCK / kept.size))
+        for first in range(0, x.size, block):
+            part = slice(first, first + block)
+            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
+            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
+        return made.reshape(len(factors), -1, x.size)
 
     @property
     def _sinking(self) -> float:

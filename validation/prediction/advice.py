@@ -1,10 +1,10 @@
 """Boats that follow the advice, beside boats that hold their course, follow the spectrum alone, or know the sea ahead.
 
-    python -m validation.prediction.advice [--seeds 12] [--first 701] [--minutes 10] [--boats 2]
-    python -m validation.prediction.advice --radar [--seeds 4] [--first 721] [--minutes 3]
+    python -m validation.prediction.advice [--seeds 12] [--first 701] [--minutes 10] [--boats 2] [--runs FILE]
+    python -m validation.prediction.advice --radar [--seeds 4] [--first 721] [--minutes 3] [--runs FILE]
 
-A boat answers by a first-order lag: heading in 4 s, at most 8° a second, speed in 6 s. It is bound 60° off the waves, at
-4 m/s, and may steer up to 45° to either side and slow down to a half. Each 2 s it is advised for the next 20 s
+A boat answers by a first-order lag: heading in 4 s, at most 8° a second, speed in 6 s. It is bound 60° off the waves,
+at 4 m/s, and may steer up to 45° to either side and slow down to a half. Each 2 s it is advised for the next 20 s
 (`seamap_rt.prediction.advice`), and changes what it does where the advice can be told from going on. Tasks: least roll;
 most way within a limit of roll, 2.5 σ of the roll that the spectrum gives on the course that is held.
 
@@ -13,22 +13,23 @@ most way within a limit of roll, 2.5 σ of the roll that the spectrum gives on t
     advice     of a forecast with errors
     foresight  the same planner, and the sea as it comes
 
-Without --radar seas are of 400 free waves drawn from a spectrum, which repeat nowhere, and forecasts err as those of
+Without --radar seas are of 250 free waves drawn from a spectrum, which repeat nowhere, and forecasts err as those of
 results/forecasts do: a sea of its own spectrum is added, of the square error 0.015 σ² to 0.05 σ² by lead. With --radar
 `choppy_sea`'s radar rides on the boat (heave, roll, pitch and course), turn by turn by the horizon tracer: maps go to a
-Predictor, its field to the advice, whose orders are obeyed half a second after the turn. `sharp`: first-order Lagrangian
-waves; the boat's motions are those of the waves whose water it floats on.
+Predictor, its field to the advice, whose orders are obeyed half a second after the turn. Sharp crests are those of
+first-order Lagrangian waves; the boat's motions are those of the waves whose water it floats on.
 
 The true motions are the vessel's responses at the heading and speed of each moment: linear, and steady from moment to
-moment. By task and sea: rms roll, roll's exceedances a minute, way lost against holding on, and what of foresight's gain
-each has; 95 % bands by bootstrap over runs, which are paired.
+moment. By task and sea: rms roll, roll's exceedances a minute, way lost against holding on, and what of foresight's
+gain each has; 95 % bands by bootstrap over runs, which are paired. --runs keeps each run in a file as it ends, a line
+of JSON; runs that are there are reported and not made anew.
 """
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -48,9 +49,10 @@ from seamap_rt.prediction.vessel import Vessel
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.simulation import Simulator
 from validation.options import options
-from validation.prediction.forecasts import SEAS, own_spectrum, scene_of
+from validation.prediction.forecasts import own_spectrum, scene_of
 
 Field = NDArray[np.float64]
+Key = tuple[int, str, str, str]  # seed, sea, boat, task
 
 STEP_S, EACH_S, HORIZON_S, DELAY_S = 0.25, 2.0, 20.0, 0.5
 FULL_M_S, OFF_DEG, AWAY_DEG = 4.0, 60.0, 45.0
@@ -58,7 +60,7 @@ LAG_S, RATE_DEG_S, SPEED_LAG_S = 4.0, 8.0, 6.0
 SHARES = (0.5, 0.75, 1.0)  # of the full speed
 LIMIT = 2.5  # of roll's standard deviation
 LEADS_S, ERRORS = (0.0, 2.5, 7.5, 15.0, 25.0, 30.0), (0.042, 0.021, 0.015, 0.015, 0.036, 0.05)  # results/forecasts
-WAVES, GROUPS, DRAWS = 400, 120, 24
+WAVES, GROUPS, DRAWS = 250, 60, 16
 HELD = 0.95  # of a lattice's variance
 BOATS: dict[str, Vessel] = {"7 m": Box(7.0, 2.5, 0.45), "12 m": Box(12.0, 3.8, 0.8, roll_period_s=4.5)}
 DRAWN_SEAS = ("choppy_sea", "choppy_sea, sharp crests", "swell 1.5 m 10 s across wind sea 1 m 5 s")
@@ -155,7 +157,7 @@ def motions(sea: FreeSea, vessel: Vessel, rows: Sequence[tuple[float, ...]], ste
 
 @dataclass(frozen=True)
 class Known:
-    """A sea as a forecast has it: with a sea of errors, of a share by lead; scale: 0 of foresight, inf without phases."""
+    """A sea as a forecast has it, with a sea of errors, of a share by lead; scale: 0 of foresight, inf: no phases."""
 
     sea: FreeSea
     errors: FreeSea
@@ -173,8 +175,7 @@ class Known:
         waves = self.errors.waves
         few = Waves(waves.kx[:GROUPS], waves.ky[:GROUPS], waves.omega[:GROUPS])
         variance = np.full(few.kx.size, 0.5 * float(np.sum(np.abs(self.sea.amplitudes) ** 2)) / few.kx.size)
-        nothing = Waves(*np.zeros((3, 0)))
-        return SeaAhead(self.sea.waves, sets, self.settle, few, variance, few, variance, nothing)
+        return SeaAhead(self.sea.waves, sets, self.settle, few, variance, np.arange(GROUPS), few, variance)
 
     def settle(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Settled:
         """See `SeaAhead`: the best guess by truth and error together."""
@@ -192,13 +193,13 @@ class Task:
     bound: float
     limit: float
 
-    def order(self, ahead: SeaAhead, vessel: Vessel, now: Course, draws: int = DRAWS) -> Course:
-        """What to steer: what is best, where that can be told from going on."""
-        headings = (self.bound + np.linspace(-AWAY_DEG, AWAY_DEG, 7)) % 360.0
+    def order(self, ahead: SeaAhead, vessel: Vessel, now: Course, draws: int = DRAWS, sure: bool = True) -> Course:
+        """What to steer: what is best, where that can be told from going on or need not be sure."""
+        headings = (self.bound + np.linspace(-AWAY_DEG, AWAY_DEG, 5)) % 360.0
         task = {"mission": self.mission, "limits": {"roll": self.limit}, "hold": (*now, self.bound)}
         speeds = np.array(SHARES) * FULL_M_S
         made = advise_on(ahead, vessel, np.inf, headings, speeds, HORIZON_S, draws=draws, task=task)
-        if made.attrs["verdict"].startswith("no difference"):
+        if sure and made.attrs["verdict"].startswith("no difference"):
             return now
         return Course(made.attrs["best_heading_deg"], made.attrs["best_speed_m_s"])
 
@@ -243,28 +244,24 @@ def tasks(sea: FreeSea, vessel: Vessel, waves_from: float) -> Iterator[Task]:
         yield Task(mission, bound, LIMIT * float(sigma))
 
 
-def settled(known: Known, vessel: Vessel, task: Task) -> Course:
-    """The spectrum's course: orders until they stay."""
-    now = Course(task.bound, FULL_M_S)
-    for _ in range(3):
-        now, before = task.order(known.ahead(0.0, 0.0, 0.0), vessel, now, draws=400), now
-        if now == before:
-            break
-    return now
-
-
 def arms(sea: FreeSea, errors: FreeSea, vessel: Vessel, task: Task, seconds: float) -> dict[str, Boat]:
     """Boats of all ways to decide but the radar's."""
     whole = {name: Known(sea, errors, scale) for name, scale in (("advice", 1.0), ("foresight", 0.0))}
-    steady = settled(Known(sea, errors, np.inf), vessel, task)
-    made = {"hold": sailed(seconds, task, lambda boat: boat.ordered), "spectrum": sailed(seconds, task, lambda _: steady)}
+    start, unknown = Course(task.bound, FULL_M_S), Known(sea, errors, np.inf).ahead(0.0, 0.0, 0.0)
+    steady = task.order(unknown, vessel, start, draws=400, sure=False)
+    made = {
+        "hold": sailed(seconds, task, lambda boat: boat.ordered),
+        "spectrum": sailed(seconds, task, lambda _: steady),
+    }
     for name, known in whole.items():
         made[name] = sailed(seconds, task, lambda boat, k=known: task.order(k.ahead(*boat.now), vessel, boat.ordered))
     return made
 
 
-def drawn_runs(seeds: Sequence[int], minutes: float, boats: int) -> Iterator[dict[str, Any]]:
-    """One run after the other: seas, boats and tasks of a seed."""
+def drawn_runs(
+    seeds: Sequence[int], minutes: float, boats: int, known: Set[Key] = frozenset()
+) -> Iterator[dict[str, Any]]:
+    """One run after the other, seas, boats and tasks of a seed, but those that are known."""
     for seed in seeds:
         for number, name in enumerate(DRAWN_SEAS):
             spectrum = own_spectrum(scene_of(name, seed, 1), DEEP_WATER)
@@ -272,6 +269,8 @@ def drawn_runs(seeds: Sequence[int], minutes: float, boats: int) -> Iterator[dic
             errors = replace(sea, amplitudes=FreeSea.drawn(spectrum, 10 * seed + number + 5, False).amplitudes)
             for boat, vessel in list(BOATS.items())[:boats]:
                 for task in tasks(sea, vessel, 270.0):
+                    if (seed, name, boat, task.mission) in known:
+                        continue
                     made = arms(sea, errors, vessel, task, 60.0 * minutes)
                     came = {arm: vars(Came.of(each, sea, vessel, task)) for arm, each in made.items()}
                     yield {"seed": seed, "sea": name, "boat": boat, "task": task.mission, "came": came}
@@ -321,10 +320,12 @@ class RadarRun:
         return boat
 
 
-def radar_runs(seeds: Sequence[int], minutes: float) -> Iterator[dict[str, Any]]:
+def radar_runs(seeds: Sequence[int], minutes: float, known: Set[Key] = frozenset()) -> Iterator[dict[str, Any]]:
     """The radar in the loop, and the other arms on the same sea."""
     for seed in seeds:
         for name in DRAWN_SEAS[:2]:
+            if (seed, name, "7 m", TASKS[0]) in known:
+                continue
             begin, run = time.process_time(), RadarRun(name, seed, 60.0 * minutes)
             task = next(tasks(run.sea, run.vessel, 270.0))
             stream = np.random.default_rng(seed)
@@ -355,17 +356,14 @@ def report(runs: list[dict[str, Any]]) -> None:
             chosen = [run["came"] for run in of_task if sea in ("all", run["sea"])]
             value = "roll" if task == "least_roll" else "often"
             for arm in chosen[0]:
-                roll, often, way = (
-                    np.array([run[arm][name] for run in chosen]) for name in ("roll", "often", "way")
-                )
+                roll, often, way = (np.array([run[arm][name] for run in chosen]) for name in ("roll", "often", "way"))
                 lost = 1.0 - way / np.array([run["hold"]["way"] for run in chosen])
                 gain, most = (
                     np.mean([run["hold"][value] - run[which][value] for run in chosen]) for which in (arm, "foresight")
                 )
-                print(
-                    f"| {sea}, {arm} | {len(chosen)} | {roll.mean():.2f} | {often.mean():.2f} | {100 * lost.mean():.1f} % "
-                    f"| {gain / most if abs(most) > 1e-9 else np.nan:.2f} |"
-                )
+                share = gain / most if abs(most) > 1e-9 else np.nan
+                cells = f"{len(chosen)} | {roll.mean():.2f} | {often.mean():.2f} | {100 * lost.mean():.1f} %"
+                print(f"| {sea}, {arm} | {cells} | {share:.2f} |")
         print(f"\n**{task}, paired differences over all runs**\n")
         print("| less | roll (deg) | 95 % | exceedances a minute | 95 % | way (m/s) | 95 % |")
         print("|---|---|---|---|---|---|---|")
@@ -385,10 +383,13 @@ def report(runs: list[dict[str, Any]]) -> None:
 def main() -> None:
     given = options(__doc__, seeds=12, first=701, minutes=10.0, boats=2, radar=False, runs=Path)
     seeds = range(given.first, given.first + given.seeds)
-    made = radar_runs(seeds, given.minutes) if given.radar else drawn_runs(seeds, given.minutes, given.boats)
-    runs = [json.loads(line) for line in given.runs.read_text().splitlines()] if given.runs and given.runs.exists() else []
+    kept = given.runs.read_text().splitlines() if given.runs and given.runs.exists() else []
+    runs = [json.loads(line) for line in kept]
     known = {(run["seed"], run["sea"], run["boat"], run["task"]) for run in runs}
-    for run in made if not known else ():
+    drawn = (
+        radar_runs(seeds, given.minutes, known) if given.radar else drawn_runs(seeds, given.minutes, given.boats, known)
+    )
+    for run in drawn:
         runs.append(run)
         if given.runs:
             with given.runs.open("a") as file:
