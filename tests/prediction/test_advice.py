@@ -226,6 +226,8 @@ def test_advice_that_cannot_be_asked_for(field: WaveField, asked: dict[str, Any]
 
 
 def test_hulls_and_turns_that_cannot_be(field: WaveField) -> None:
+    with pytest.raises(InputError, match="vessel = None: must be a vessel"):
+        advise(field, None)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"hull\.bow_m = 0: must be finite"):
         Hull(bow_m=0.0)
     with pytest.raises(InputError, match="the turn takes 180 s"):
