@@ -46,7 +46,7 @@ def whole_std(files: dict[str, str]) -> float:
 
 @pytest.mark.parametrize(
     ("times", "later"),
-    [*(("seconds", later) for later in (None, 1.0, 1.1, 1.137, 2.999, 3.2)), ("dates", None), ("dates", 1.137)],
+    [*(("seconds", later) for later in (None, 1.0, 1.137, 2.999)), ("dates", None), ("dates", 1.137)],
 )
 def test_a_run_is_the_record_from_there_on(
     times: str, later: float | None, files: dict[str, str], whole_std: float
