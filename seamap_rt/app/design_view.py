@@ -10,7 +10,8 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from . import jobs
+from ..report.headline import worth_in_words
+from . import drawing
 from .draft import MOST_TOML, Draft
 from .form import Form
 from .safety import safe_name
@@ -263,7 +264,7 @@ class ProspectsView:
         async def drawn() -> None:
             from .prospects import design_images
 
-            self._graphs.show(await jobs.quick(design_images, found, beside, scene, self.page.dark))
+            self._graphs.show(await drawing.quick(design_images, found, beside, scene, self.page.dark))
 
         await self._easel.show("drawing the graphs …", drawn())
 
@@ -313,7 +314,6 @@ def _sentence(found: Prospects, scene: Scene) -> str:
     more = "more than " if found.ahead is not None and found.ahead.figures["reach_to_the_end"] else ""
     left = found.ahead.left_out if found.ahead is not None else ""
     error = f", their height to about ± {100.0 * told['error']:.0f} cm" if told.get("error", 0.0) > 0.0 else ""
-    return (
-        f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
-        f"{told['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
+    return f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: {worth_in_words(told['radius'])}." + (
+        f" Not counted: {left}." if left else ""
     )

@@ -4,6 +4,7 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .buoy_spectrum import spectrum_of_buoys
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -28,6 +29,7 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "spectrum_of_buoys",
     "vessel_notes",
     "vessel_of",
 ]
