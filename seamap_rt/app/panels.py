@@ -26,13 +26,13 @@ from ..gauges import judge_one
 from ..io.opening import load, open_dataset, open_file
 from ..io.text import csv_text
 from ..io.turn_files import GrowingFile, read_whole_turns
+from ..physics.shadowing import SEEN_DB
 from ..report import curves, style
 from ..report import maps as report_maps
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..report.spectrum_figures import Density, map_spectra_picture, wave_height_pictures
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from ..tracing.visibility import SEEN_DB
 from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import figures, jobs
 from .figures import Figure

@@ -18,12 +18,15 @@ from .shell import (
     SceneKeys,
     SceneName,
     Seed,
+    StreamFormat,
+    StreamTo,
     Tracer,
     Turns,
     about,
     command,
     console,
     scene_of,
+    streaming,
 )
 
 if TYPE_CHECKING:
@@ -79,21 +82,27 @@ def run(
     account: Annotated[
         bool, about("Print what was modelled, with its cost, and what was left out, with its error.")
     ] = False,
+    stream: StreamTo = None,
+    stream_format: StreamFormat = None,
     overwrite: Annotated[bool, about("Replace another run's results in that folder.")] = False,
     set_: SceneKeys = None,
 ) -> int:
     """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report."""
+    if stream is not None and not predict:
+        raise InputError(f"--stream {stream}: sends forecasts; give --predict too")
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..report.headline import forecast_line, verdict, window_line
     from ..report.sea_statistics import warnings
+    from ..session import Stream
     from ..session import run as run_scene
     from ..session.report_process import ReportProcess, is_compiled
 
     also = "" if is_compiled() else " (compiling, once)"
-    with ReportProcess() as draw, progress() as say:
+    with streaming(stream, stream_format) as to, ReportProcess() as draw, progress() as say:
         told = {"progress": lambda line: say(line + also), "draw": draw}
-        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, **told)
+        sent = None if to is None else Stream(to, stream_format or "json")
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, stream=sent, **told)
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))

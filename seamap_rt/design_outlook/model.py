@@ -16,7 +16,7 @@ from ..conventions import POLARIZATIONS, db, from_db, written
 from ..errors import InputError
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
-from ..physics.shadowing import half_range, why_no_half
+from ..physics.shadowing import SEEN_DB, half_range, why_no_half
 from ..radar import link
 from ..radar.array import as_it_looks
 from ..scattering.permittivity import permittivity_of
@@ -24,7 +24,6 @@ from ..scene import Scene, SceneLike, as_scene
 from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
-from ..tracing.visibility import SEEN_DB
 from .error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .strips import (

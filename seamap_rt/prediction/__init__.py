@@ -4,6 +4,9 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .advice import advise
+from .advice_motions import Hull
+from .advice_windows import countdown, turn_windows
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -16,10 +19,13 @@ __all__ = [
     "Box",
     "Disc",
     "Follower",
+    "Hull",
     "Observations",
     "Predictor",
     "Spectrum",
     "WaveField",
+    "advise",
+    "countdown",
     "forecast",
     "forecasts",
     "highest_wave",
@@ -28,6 +34,7 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "turn_windows",
     "vessel_notes",
     "vessel_of",
 ]

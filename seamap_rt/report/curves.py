@@ -196,6 +196,13 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
         for name, colour, looks in _sectors(scene, azimuth)
     ]
     drawn.append(Curve("all looks", ground, reduce.mean(visible, axis=(0, 1)), style.BLACK, "-", 1.5))
+    range_m, told = reduce.visible(metrics)
+    seen = metrics["visible"]["seen_db"] if told else None
+    shown = [each for each in told if each["level_db"] == seen]
+    drawn += [
+        Curve(f"to a radar, {each['sees']} {seen:g} dB", range_m, reduce.series(each["by_range"]), hue, ":", 1.2)
+        for each, hue in zip(shown, (style.BLACK, style.GREY), strict=False)
+    ]
     if scene.tracing.diffraction != "none":
         lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
         drawn.append(Curve("power, with diffraction", ground, lit, style.SKY, ":", 1.5))

@@ -83,8 +83,8 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
         f"correlation with the true height is {figures['Correlation']}. The scene's wave height is "
-        f"{figures['Wave height Hs, of the scene']}{_retrieved_state(metrics)}. Both antennas see "
-        f"more than half of the sea to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
+        f"{figures['Wave height Hs, of the scene']}{_retrieved_state(metrics)}. Half of the sea "
+        f"is visible to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
         "is flagged."
     )
 
@@ -133,7 +133,7 @@ def headline(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Correlation", digits(overall.get("height_correlation"), 3)),
         ("Wave height Hs, of the scene", metres(metrics.get("hs_scene_m"), 2)),
         ("Wave height Hs, from the maps", wave_height(metrics)),
-        ("Half visible to", reduce.half_visible(metrics)[1]),
+        ("Half visible to", reduce.half_visible_in_words(metrics)),
     ]
 
 

@@ -18,6 +18,7 @@ from ..conventions import POLARIZATIONS, unit_from_azimuth
 from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
 from ..physics.shadowing import (
+    LEVELS_DB,
     half_range,
     regular_wave_visible_share,
     shadowing_smith67,
@@ -31,7 +32,7 @@ from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
 from ..settings import SinusoidWaves
 from .paired import FEWEST_SEEDS
-from .visible_tally import LEVELS_DB, Looks, Tally
+from .visible_tally import Looks, Tally
 
 Array = NDArray[np.float64]
 
