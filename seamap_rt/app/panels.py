@@ -28,7 +28,6 @@ from ..report import maps as report_maps
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from ..tracing.visibility import SEEN_DB
 from . import drawing, figures
 from .figures import Figure
 from .results import Results
