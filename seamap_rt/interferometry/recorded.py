@@ -24,11 +24,8 @@ from ..dataset import QUALITY_FLAGS, build
 from ..errors import InputError
 from ..io.recorded import pairs_of, read_recording
 from ..io.recording_header import PRF_HZ, Header, RecordingHeader, read_header
-from ..radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
+from .recorded_sensors import Array, Sensed, array_of, bearing_of, increasing_times, positions_of, readings_of
 from .recorded_turns import Turns, turns_of
-
-Array = NDArray[np.float64]
-Sensed = ArrayLike | tuple[ArrayLike, ArrayLike]  # (pulse, 3), or times (n,) s and readings (n, 3)
 
 _EVEN = 1e-3  # of a gate's spacing; ranges that are written to the millimetre are even
 _PRF_ERROR = 0.05
@@ -93,27 +90,29 @@ def echoes_from_recording(
         position = _since(zero, position[0], "position_time"), position[1]
     voltage, overdriven = _voltages(lower, upper, head)
     count = voltage.shape[0]
-    times = _increasing(_shaped("time", time, (count,)), "time")
+    times = increasing_times(array_of("time", time, (count,)), "time")
     gates = _gates(head, ranges, voltage.shape[2])
     prf = _prf(head, times)
-    angles = np.array((0.0, 0.0, head.heading_deg)) if attitude is None else _sensed("attitude", attitude, times, 360.0)
+    angles = (
+        np.array((0.0, 0.0, head.heading_deg)) if attitude is None else readings_of("attitude", attitude, times, 360.0)
+    )
     angles = np.broadcast_to(angles, (count, 3))
-    look = _bearing(_shaped("azimuth", azimuth, (count,)), angles, head)
+    look = bearing_of(array_of("azimuth", azimuth, (count,)), angles, head)
     sender = _senders(transmitter, voltage, head)
     noise = head.noise_power_w
     if noise is None:
         noise = _noise_power(voltage, sender < 0)
     known = np.flatnonzero(np.isfinite(look) & (sender >= 0))
-    numbers = None if turn is None else _shaped("turn", turn, (count,))[known]
+    numbers = None if turn is None else array_of("turn", turn, (count,))[known]
     turns = turns_of(look[known], times[known], head, numbers)
     rows = known[turns.kept]
     values = {
         "voltage": voltage[rows][:, :, gates > 0.0],
-        "position": _positions(position, times, look, angles, head)[rows],
+        "position": positions_of(position, times, look, angles, head)[rows],
         "attitude": angles[rows],
     }
     if quality is not None:
-        values["flag"] = _flags(_shaped("quality", quality, (count,)))[rows]
+        values["flag"] = _flags(array_of("quality", quality, (count,)))[rows]
     if overdriven is not None:
         values["saturated"] = overdriven[rows][:, gates > 0.0]
     since = times[rows] - turns.start
@@ -296,7 +295,7 @@ def _noise_power(voltage: NDArray[np.complex64], silent: NDArray[np.bool_]) -> f
 def _senders(transmitter: ArrayLike | None, voltage: NDArray[np.complex64], head: RecordingHeader) -> NDArray[np.int8]:
     """(pulse,) the antenna that transmits, −1 none."""
     if transmitter is not None:
-        sender = _shaped("transmitter", transmitter, (voltage.shape[0],))
+        sender = array_of("transmitter", transmitter, (voltage.shape[0],))
         if not np.isin(sender, (-1, 0, 1)).all():
             bad = sender[~np.isin(sender, (-1, 0, 1))][0]
             raise InputError(f"transmitter = {bad:g}: must be 0 (lower), 1 (upper) or -1 (none); correct it")
@@ -314,7 +313,7 @@ def _senders(transmitter: ArrayLike | None, voltage: NDArray[np.complex64], head
 def _gates(head: RecordingHeader, ranges: ArrayLike | None, count: int) -> Array:
     """Ranges (gate,) m from the antennas."""
     if ranges is not None:
-        gates = _increasing(_shaped("ranges", ranges, (count,)), "ranges")
+        gates = increasing_times(array_of("ranges", ranges, (count,)), "ranges")
         even = np.linspace(gates[0], gates[-1], count)
         off = np.abs(gates - even).max()
         if count > 1 and off > _EVEN * (even[1] - even[0]):
@@ -373,92 +372,10 @@ def _prf(head: RecordingHeader, time: Array) -> float:
     return heights if head.prf_hz is None else head.prf_hz
 
 
-def _bearing(azimuth: Array, attitude: Array, head: RecordingHeader) -> Array:
-    """Bearing (pulse,) of the boresight, deg clockwise from north in 0 … 360; NaN where it is not known."""
-    angle = azimuth if head.encoder_counts is None else azimuth * (360.0 / head.encoder_counts)
-    angle = head.encoder_zero_deg + (angle if head.encoder_clockwise else -angle)
-    angle = np.where(np.isfinite(angle), angle, np.nan)
-    if head.azimuth_from == "bow":
-        return bearing(antenna_axes(attitude, angle, head.tilt_deg))
-    return angle % 360.0
-
-
 # ----------------------------------------------------------------------------------------------------- sensors
 
 
-def _sensed(name: str, value: Sensed, time: Array, whole: float | None = None) -> Array:
-    """Readings (pulse, 3) at the pulses' times, NaN beside and before and after what was read. whole: of an angle."""
-    if not isinstance(value, tuple):
-        return _shaped(name, value, (time.size, 3))
-    if len(value) != 2:
-        raise InputError(f"{name}: has {len(value)} parts: must be (pulse, 3), or (times, readings); give it so")
-    moments = np.asarray(value[0], dtype=np.float64)
-    moments = _increasing(_shaped(f"{name}_time", moments, (moments.size,)), f"{name}_time")
-    readings = _shaped(name, value[1], (moments.size, 3))
-    read = np.isfinite(readings).all(axis=1)
-    if not read.any() or time[0] > moments[-1] or time[-1] < moments[0]:
-        raise InputError(
-            f"{name}_time: runs from {moments[0]:.10g} to {moments[-1]:.10g} s: must hold the pulses' times, "
-            f"{time[0]:.10g} to {time[-1]:.10g} s, on the same clock; shift it"
-        )
-    columns = []
-    for column in readings.T:
-        column = column.copy()
-        if whole is not None:
-            column[read] = np.unwrap(column[read], period=whole)
-        column[~read] = np.nan
-        columns.append(np.interp(time, moments, column, left=np.nan, right=np.nan))
-    return np.stack(columns, axis=1)
-
-
-def _positions(position: Sensed | None, time: Array, look: Array, attitude: Array, head: RecordingHeader) -> Array:
-    """Phase centres (pulse, 2, 3), lower and upper, east north up [m] from below the antennas' first position."""
-    if position is not None and not isinstance(position, tuple) and np.ndim(position) == 3:
-        return _shaped("position", position, (time.size, 2, 3))
-    boat = np.zeros((1, 3)) if position is None else _sensed("position", position, time)
-    known = np.isfinite(boat).all(axis=1)
-    if known.any():  # maps count from the first known position, not from a UTM origin
-        boat = boat - boat[known][0] * (1.0, 1.0, 0.0)
-    lever = np.array((0.0, 0.0, head.height_m) if head.lever_arm_m is None else head.lever_arm_m)
-    standing = np.isfinite(attitude).all(axis=1)
-    heading = attitude[standing][0, 2] if standing.any() else 0.0
-    rest = lever @ boat_axes((0.0, 0.0, heading)) - (0.0, 0.0, head.height_m)
-    axes = antenna_axes(attitude, scan_of_bearing(attitude, look, head.tilt_deg), head.tilt_deg)
-    offsets = 0.5 * head.baseline_m * np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
-    return (boat + lever @ boat_axes(attitude) - rest)[:, None] + offsets @ axes
-
-
 # ------------------------------------------------------------------------------------------------------ shapes
-
-
-def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    given = np.asarray(values)
-    if np.ma.is_masked(values) and given.dtype.kind in "biuf":
-        given = np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
-    if given.dtype.kind in "mM":
-        raise InputError(f"{name}: holds dates: must be plain numbers, times in seconds; convert it")
-    if given.dtype.kind == "c":
-        raise InputError(f"{name}: holds complex numbers: must be real ones; correct it")
-    if given.shape != shape:
-        raise InputError(f"{name}: has the shape {given.shape}: must be {shape}; give one for each")
-    try:
-        return given.astype(np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: holds what is no number: must be an array of numbers {shape}; correct it") from None
-
-
-def _increasing(values: Array, name: str) -> Array:
-    if not np.isfinite(values).all():
-        worst = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise InputError(f"{name}[{worst}] = {values[worst]}: must be finite; correct it or leave it out")
-    back = np.flatnonzero(np.diff(values) <= 0.0)
-    if back.size:
-        here = int(back[0]) + 1
-        raise InputError(
-            f"{name}[{here}] = {values[here]:.10g}: must be greater than the one before, {values[here - 1]:.10g}; sort "
-            "them, and keep one of each"
-        )
-    return values
 
 
 __all__ = ["echoes_from_recording", "open_recording"]

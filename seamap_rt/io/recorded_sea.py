@@ -8,7 +8,7 @@ there, is the velocity potential at the surface; else the water's velocity there
 Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
 Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
-largest square without. Other gaps are filled (`gaps`), and how wide they are is told with each frame.
+largest square without. Other gaps are filled (`gaps`), and each frame states how wide they are.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .declared import to_unit
 from .gaps import filled, half_width, largest_square, unseen_edges
 from .opening import bytes_held, weigh
 from .recorded_layouts import open_layout
+from .sea_axes import UNEVEN, axes_of, check_step, even_step, places_of, seconds_of, unit_scale
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"
@@ -39,14 +39,6 @@ _FLOW_STANDARDS = (
     ("eastward_sea_water_velocity", "northward_sea_water_velocity"),
 )
 _STANDARD = "sea_surface_height"
-_AXES = {
-    "time": ("time", "t"),
-    "y": ("y", "north", "northing", "lat", "latitude"),
-    "x": ("x", "east", "easting", "lon", "longitude"),
-}
-_CF_AXES = {"time": ("T", "time"), "y": ("Y", "projection_y_coordinate"), "x": ("X", "projection_x_coordinate")}
-_UNEVEN = 1e-3  # of a step, by which the points of an axis may stray; and the rounding of how they are stored
-_ROUNDED = 0.1  # of a step, at most that rounding
 _HIGHEST_M = 30.0
 _SPACINGS_M, _STEPS_S = (1e-3, 100.0), (1e-3, 10.0)  # those of any sea that a radar maps
 _FEWEST_POINTS, _FEWEST_FRAMES = 16, 14
@@ -186,7 +178,7 @@ class RecordedSea:
             whole = _opened(self.path, _version(self.path))
             cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
         unit = {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s")
-        return cut * _scale(whole[name], unit, f"sea.file = '{self.path}': ")
+        return cut * unit_scale(whole[name], unit, f"sea.file = '{self.path}': ")
 
 
 _LOCK = threading.Lock()
@@ -220,20 +212,20 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
             f"{wrong}holds no elevation over time, y and x (it has {there}); "
             f"name the variable one of {', '.join(NAMES[:6])}, and its axes time, y and x"
         )
-    axes = _axes(opened[name])
-    scale = _scale(opened[name], "m", wrong)
-    x, y = (_places(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
-    spacing = [_even(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
-    if abs(spacing[0] - spacing[1]) > _UNEVEN * spacing[0]:
+    axes = axes_of(opened[name])
+    scale = unit_scale(opened[name], "m", wrong)
+    x, y = (places_of(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
+    spacing = [even_step(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
+    if abs(spacing[0] - spacing[1]) > UNEVEN * spacing[0]:
         raise InputError(
             f"{wrong}x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it"
         )
-    _within(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
-    times, began = _seconds(opened[axes["time"]], wrong)
-    step = _even(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
+    check_step(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
+    times, began = seconds_of(opened[axes["time"]], wrong)
+    step = even_step(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
     if times[1] < times[0]:
         raise InputError(f"{wrong}{axes['time']} runs backwards; turn it round")
-    _within(step, _STEPS_S, "s", f"{wrong}{axes['time']}: frames")
+    check_step(step, _STEPS_S, "s", f"{wrong}{axes['time']}: frames")
     periodic = bool(int(opened.attrs.get("periodic", 0)))
     if periodic and x.size != y.size:
         raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
@@ -278,7 +270,7 @@ def _looked_at(
     """Which points (row, column), rows to the north, are not cut off: those that reach the edge through points missing
     in most frames are; the mean level of the others, m; and the share of the variance by which whole frames rise and
     fall."""
-    axes = _axes(opened[name])
+    axes = axes_of(opened[name])
     size = opened[name].sizes[axes["y"]], opened[name].sizes[axes["x"]]
     seen, total, square, means = np.zeros(size), np.zeros(size), 0.0, []
     chosen = np.unique(np.linspace(0, frames - 1, _LOOKED_AT).astype(int))
@@ -326,8 +318,8 @@ def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tupl
 
 
 def _version(path: str) -> tuple[int, int]:
-    told = Path(path).stat()
-    return told.st_mtime_ns, told.st_size
+    status = Path(path).stat()
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=4)
@@ -339,7 +331,7 @@ def _cut(
     opened: xr.Dataset, values: xr.DataArray, frame: int, first: tuple[int, int], size: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Points (row, column) of a frame from the first row and column on, rows to the north and columns to the east."""
-    axes = _axes(values)
+    axes = axes_of(values)
     one = values.isel({axes["time"]: frame}).transpose(axes["y"], axes["x"])
     falling = [axis for axis in one.dims if opened[axis].values[-1] < opened[axis].values[0]]
     one = one.isel({axis: slice(None, None, -1) for axis in falling})
@@ -348,7 +340,7 @@ def _cut(
 
 
 def _elevation_of(opened: xr.Dataset) -> str | None:
-    there = [str(name) for name in opened.data_vars if len(_axes(opened[name])) == 3 and opened[name].ndim == 3]
+    there = [str(name) for name in opened.data_vars if len(axes_of(opened[name])) == 3 and opened[name].ndim == 3]
     named = [name for wanted in NAMES for name in there if name.lower() == wanted]
     standard = [name for name in there if str(opened[name].attrs.get("standard_name", "")).startswith(_STANDARD)]
     return next(iter([*named, *standard]), None)
@@ -362,66 +354,6 @@ def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[s
         for east, north in known:
             if east in held and north in held:
                 for name in (held[east], held[north]):
-                    _scale(there[name], "m/s", wrong)
+                    unit_scale(there[name], "m/s", wrong)
                 return held[east], held[north]
     return None
-
-
-def _axes(values: xr.DataArray) -> dict[str, str]:
-    """Which dimension is which."""
-    found = {}
-    for axis, names in _AXES.items():
-        for dimension in values.dims:
-            if dimension not in values.coords:
-                continue
-            told = values[dimension].attrs
-            by_cf = {str(told.get("axis", "")), str(told.get("standard_name", ""))}
-            if str(dimension).lower() in names or by_cf & set(_CF_AXES[axis]):
-                found[axis] = str(dimension)
-    return found
-
-
-def _scale(values: xr.DataArray, unit: str, wrong: str) -> float:
-    """What makes a variable's numbers those in a unit. Raises InputError for one in a unit of another kind."""
-    return float(to_unit(np.ones(1), values.attrs.get("units"), unit, f"{wrong}{values.name}")[0])
-
-
-def _places(axis: xr.DataArray, what: str) -> NDArray[np.float64]:
-    """The points of an axis in m, in as many digits as the file has."""
-    return to_unit(_as_stored(axis.values), axis.attrs.get("units"), "m", what)
-
-
-def _as_stored(values: NDArray) -> NDArray:
-    return np.asarray(values, dtype=np.float64 if values.dtype.kind in "iu" else None)
-
-
-def _within(step: float, limits: tuple[float, float], unit: str, what: str) -> None:
-    if not limits[0] <= step <= limits[1]:
-        raise InputError(
-            f"{what} are {step:.3g} {unit} apart: must be {limits[0]:g} to {limits[1]:g}; check the units of the axis "
-            "(degrees go to local metres)"
-        )
-
-
-def _seconds(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np.datetime64 | None]:
-    """Times, of dates from the first one on, which comes with them."""
-    values = times.values
-    if values.dtype.kind == "M":
-        return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9, values[0]
-    if values.dtype.kind == "m":
-        return values / np.timedelta64(1, "ns") * 1e-9, None
-    return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
-
-
-def _even(values: NDArray, fewest: int, what: str) -> float:
-    """The spacing of an axis. Raises InputError where it is not even, or too short."""
-    if values.size < fewest:
-        raise InputError(f"{what}: has {values.size} points: must have at least {fewest}; give more of it")
-    rounding = 2.0 * float(np.finfo(values.dtype).eps) * float(np.abs(values).max())
-    steps = np.diff(values.astype(np.float64))
-    step = float(np.median(steps))
-    stray = max(_UNEVEN * abs(step), min(rounding, _ROUNDED * abs(step)))
-    if not np.isfinite(steps).all() or step == 0.0 or np.abs(steps - step).max() > stray:
-        raise InputError(f"{what}: is not evenly spaced (median {step:.4g}, {steps.min():.4g} to {steps.max():.4g}); "
-                         "resample it")  # fmt: skip
-    return abs(float(values[-1]) - float(values[0])) / (values.size - 1)

@@ -4,6 +4,10 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .advice import advise
+from .advice_motions import Hull
+from .advice_windows import countdown, turn_windows
+from .buoy_spectrum import spectrum_of_buoys
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -16,10 +20,13 @@ __all__ = [
     "Box",
     "Disc",
     "Follower",
+    "Hull",
     "Observations",
     "Predictor",
     "Spectrum",
     "WaveField",
+    "advise",
+    "countdown",
     "forecast",
     "forecasts",
     "highest_wave",
@@ -28,6 +35,8 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "spectrum_of_buoys",
+    "turn_windows",
     "vessel_notes",
     "vessel_of",
 ]

@@ -6,10 +6,7 @@ antenna in its middle. A sea of waves along one axis has alike rows or columns, 
 
 from __future__ import annotations
 
-import json
-import os
 import time as clock
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +21,6 @@ from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError, LargerThanMachine, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
-from ..io.opening import read_npz
 from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
 from ..resolved_scene import run_sea
@@ -32,83 +28,8 @@ from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
 from ..session.pace import duration
+from .record_state import RecordState, load_state, save_state, state_file
 from .sampling import refuse_if_too_large, times_of
-
-_NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")
-
-
-@dataclass(frozen=True)
-class RecordState:
-    """The state from which the next frame follows, and sums over the frames that are on file."""
-
-    state: State
-    frames: int = 0
-    variance: float = 0.0  # m², of the elevation, added up
-    skewness: float = 0.0
-    energy_first: float = np.nan  # m³/s², at the first frame
-    broken_first: float = 0.0  # taken out by then
-
-    def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> RecordState:
-        """With one more frame."""
-        heights = elevation.astype(np.float64)
-        heights -= heights.mean()
-        variance = float(np.mean(heights**2))
-        first = {} if self.frames else {"energy_first": evolution.energy(state), "broken_first": state.broken}
-        return replace(
-            self,
-            state=state,
-            frames=self.frames + 1,
-            variance=self.variance + variance,
-            skewness=self.skewness + float(np.mean(heights**3)) / variance**1.5,
-            **first,
-        )
-
-
-def state_file(folder: Path) -> Path:
-    """Where the state is kept while the record is not finished."""
-    return folder / ".recorded_sea.state.npz"
-
-
-def save_state(folder: Path, told: Mapping[str, Any], at: RecordState) -> None:
-    """Write the state, whole or not at all. told: what the record says of itself."""
-    path = state_file(folder)
-    part = path.with_name(f"{path.name}.part")
-    state = at.state
-    with part.open("wb") as file:
-        np.savez(
-            file,
-            told=np.array(_plain(told)),
-            elevation=state.elevation,
-            potential=state.potential,
-            of_state=np.array([state.time, state.energy, state.broken]),
-            numbers=np.array([getattr(at, name) for name in _NUMBERS], dtype=np.float64),
-        )
-    os.replace(part, path)
-
-
-def load_state(folder: Path, told: Mapping[str, Any]) -> RecordState:
-    """What was kept. InputError where it is damaged, or of another record than the one that is asked for."""
-    path = state_file(folder)
-    try:
-        _, stored = read_npz(path, ("told", "of_state", "numbers", "elevation", "potential"))
-        before = json.loads(str(stored["told"]))
-        time, energy, broken = map(float, stored["of_state"])
-        numbers = dict(zip(_NUMBERS, map(float, stored["numbers"]), strict=True))
-        state = State(time, stored["elevation"], stored["potential"], energy, broken)
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
-    now = json.loads(_plain(told))
-    other = [name for name in now if before.get(name) != now[name]]
-    if other:
-        raise InputError(
-            f"--resume: '{folder}' was begun with another {other[0]}; give the command as it was, or --overwrite"
-        )
-    return RecordState(state, **{**numbers, "frames": int(numbers["frames"])})
-
-
-def _plain(told: Mapping[str, Any]) -> str:
-    return json.dumps(dict(told), allow_nan=True, sort_keys=True)
-
 
 RECORD = "recorded_sea.nc"
 PRODUCTS = (RECORD,)
@@ -130,13 +51,13 @@ class RecordedSea:
 
     def headline(self) -> str:
         """Height, energy and breaking in one line."""
-        told = self.attributes
+        attr = self.attributes
         return (
-            f"Hs {told['significant_wave_height_m']:.3f} m over the record, "
-            f"{told['significant_wave_height_asked_m']:.3f} m of the linear waves that it began as; "
-            f"skewness {told['elevation_skewness']:.3f}; energy changed by {told['energy_change']:.2%} in the record, "
-            f"breaking took {told['energy_broken']:.2%} ({told['energy_broken_since_start']:.2%} since its start), "
-            f"{told['energy_drift']:.1e} is neither"
+            f"Hs {attr['significant_wave_height_m']:.3f} m over the record, "
+            f"{attr['significant_wave_height_asked_m']:.3f} m of the linear waves that it began as; "
+            f"skewness {attr['elevation_skewness']:.3f}; energy changed by {attr['energy_change']:.2%} in the record, "
+            f"breaking took {attr['energy_broken']:.2%} ({attr['energy_broken_since_start']:.2%} since its start), "
+            f"{attr['energy_drift']:.1e} is neither"
         )
 
 
@@ -218,10 +139,10 @@ def write_recorded_sea(
     say, folder = progress or silent, Path(out)
     say("preparing the sea")
     frames = _frames(scene, times, order, spacing)
-    told = _told(scene, frames, times)
+    attributes = _attributes(scene, frames, times)
     if resume:
         with held_folder(_existing(folder), "--out"):
-            return _written(folder, frames, told, load_state(folder, told), say)
+            return _written(folder, frames, attributes, load_state(folder, attributes), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
             f"--out = '{folder}': holds a recorded sea that was not finished; --resume goes on with it, --overwrite "
@@ -231,7 +152,7 @@ def write_recorded_sea(
         refuse_if_too_large(folder, frames.seconds.size, frames.points, RECORD)
         clear_folder(folder, PRODUCTS)
         state_file(folder).unlink(missing_ok=True)
-        return _written(folder, frames, told, None, say)
+        return _written(folder, frames, attributes, None, say)
 
 
 def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Frames:
@@ -260,7 +181,7 @@ def _existing(folder: Path) -> Path:
     return folder
 
 
-def _told(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
+def _attributes(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
     """What the file says from the beginning. A record goes on only with the same."""
     plan = frames.plan
     evolution = plan.evolution(float(frames.seconds[0]), frames.interval)
@@ -307,7 +228,7 @@ class _Pace:
 
 
 def _written(
-    folder: Path, frames: _Frames, told: dict[str, Any], begun: RecordState | None, say: Progress
+    folder: Path, frames: _Frames, attributes: dict[str, Any], begun: RecordState | None, say: Progress
 ) -> RecordedSea:
     """All frames that are missing, one by one, each with the state from which the next can go on."""
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
@@ -321,7 +242,7 @@ def _written(
         ):
             whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
             with telling_what_is_left(lambda: f"{file.complete} {whole}"):
-                at = _recorded(file, folder, frames, told, at, pace)
+                at = _recorded(file, folder, frames, attributes, at, pace)
                 file.annotate(_found(at, evolution))
     except FloatingPointError as error:
         state_file(folder).unlink(missing_ok=True)
@@ -336,31 +257,31 @@ def _written(
             f"--out = '{folder}': what is there cannot be gone on with ({error}); run it again with --overwrite"
         ) from None
     state_file(folder).unlink(missing_ok=True)
-    return RecordedSea(path, told | _found(at, evolution), _notes(frames))
+    return RecordedSea(path, attributes | _found(at, evolution), _notes(frames))
 
 
 def _recorded(
-    file: AppendableNetCDF, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+    file: AppendableNetCDF, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
     steps = round(frames.interval / evolution.step)
     if not at.frames:
         with uninterrupted():
-            save_state(folder, told, at)  # from here on an interruption leaves what --resume goes on from
-        at = _before(evolution, folder, frames, told, at, pace)
+            save_state(folder, attributes, at)  # from here on an interruption leaves what --resume goes on from
+        at = _before(evolution, folder, frames, attributes, at, pace)
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state
         frame = frames.frame(state, at.frames)
         at = at.with_frame(state, frame["elevation"].values, evolution)
         with uninterrupted():
-            file.append(frame.assign_attrs(told))
-            save_state(folder, told, at)
+            file.append(frame.assign_attrs(attributes))
+            save_state(folder, attributes, at)
         pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
     return at
 
 
 def _before(
-    evolution: Evolution, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+    evolution: Evolution, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
     """The slow beginning, up to the record's first time."""
     first = float(frames.seconds[0])
@@ -369,7 +290,7 @@ def _before(
         at = replace(at, state=evolution.advanced(at.state))
         if clock.perf_counter() - stored > _KEEP_EVERY:
             with uninterrupted():
-                save_state(folder, told, at)
+                save_state(folder, attributes, at)
             stored = clock.perf_counter()
         pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     return at
