@@ -37,9 +37,10 @@ def mitsuba_mesh(name: str, surface: Trimesh, normals: NDArray[Any] | None = Non
     shape = mi.Mesh(name, len(surface.vertices), len(surface.faces), has_vertex_normals=normals is not None)
     parameters = mi.traverse(shape)
     set_triangles(parameters, "", surface)
-    if normals is not None:
-        parameters["vertex_normals"] = flat(mi.Float, normals)
     parameters.update()
+    if normals is not None:  # later: 3.7 makes its own of positions that are new
+        parameters["vertex_normals"] = flat(mi.Float, normals)
+        parameters.update()
     return shape
 
 
