@@ -259,12 +259,12 @@ def _dataset(
         variables[name] = (both, values.reshape(shape), {"units": units, "long_name": words})
     steer = float(heading[best // speed.size]), float(speed[best % speed.size])
     attributes |= {"best_heading_deg": steer[0], "best_speed_m_s": steer[1], "better_probability": float(better[best])}
-    told = (low[best] > 0.0 or high[best] < 0.0) and steer != (held.heading_deg, held.speed_m_s)
+    significant = (low[best] > 0.0 or high[best] < 0.0) and steer != (held.heading_deg, held.speed_m_s)
     words = (
         f"steer {steer[0]:03.0f}° at {steer[1]:.1f} m/s: {attributes['mission'].replace('_', ' ')} "
         f"{abs(score[best]):.2g} {unit} instead of {abs(scores[-1].mean()):.2g} (probability {better[best]:.2f})"
     )
-    attributes["verdict"] = words if told else _NONE
+    attributes["verdict"] = words if significant else _NONE
     coords = {
         "heading": ("heading", heading, {"units": "degree", "long_name": "heading, clockwise from north"}),
         "speed": ("speed", speed, {"units": "m/s", "long_name": "speed over ground along the heading"}),

@@ -11,7 +11,7 @@ from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.prediction import Box, Follower, Hull, Spectrum, WaveField, advise, countdown, forecast, turn_windows
 from seamap_rt.prediction.advice import advise_on
-from seamap_rt.prediction.advice_motions import Envelope, SeaAhead, Settled, Transfers, Waves, shares_of
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves, shares_of
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.reconstruction import reconstruct
 from seamap_rt.settings import PredictionSettings
@@ -20,23 +20,23 @@ BOAT = Box(7.0, 2.5, 0.45)
 SIGMA, PEAK = 0.35, 2.0 * np.pi / 5.5  # m, rad/s
 
 
-def known(envelopes: Envelope, lead: np.ndarray, transfers: Transfers) -> Settled:
+def known(envelopes: Envelope, lead: np.ndarray, transfers: Transfers) -> Expectation:
     """All is known."""
     del lead, transfers
     return envelopes.sum(axis=0).real, np.zeros(envelopes.shape[1:])
 
 
-def unknown(envelopes: Envelope, lead: np.ndarray, transfers: Transfers) -> Settled:
+def unknown(envelopes: Envelope, lead: np.ndarray, transfers: Transfers) -> Expectation:
     """No phase is known: what is open is the sea's own power, of groups of one variance."""
     del lead
     power = SIGMA**2 * np.mean(np.abs(transfers.groups) ** 2, axis=-1)
     return np.zeros(envelopes.shape[1:]), np.broadcast_to(power[..., None], envelopes.shape[1:])
 
 
-def sea_of(waves: Waves, amplitudes: np.ndarray, settle: Any) -> SeaAhead:
+def sea_of(waves: Waves, amplitudes: np.ndarray, expect: Any) -> SeaAhead:
     """Waves that are their own groups and spectrum, all of one variance, SIGMA² together."""
     variance = np.full(waves.kx.size, SIGMA**2 / waves.kx.size)
-    return SeaAhead(waves, amplitudes[None], settle, waves, variance, np.arange(waves.kx.size), waves, variance)
+    return SeaAhead(waves, amplitudes[None], expect, waves, variance, np.arange(waves.kx.size), waves, variance)
 
 
 def towards(azimuth_deg: float, omega: np.ndarray, depth_m: float = np.inf) -> Waves:
