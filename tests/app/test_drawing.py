@@ -15,9 +15,10 @@ from pathlib import Path
 import pytest
 from made_folders import write_run
 
-from seamap_rt.app import jobs
-from seamap_rt.app.jobs import DrawingProcess
-from seamap_rt.app.results import Results, Source
+from seamap_rt.app import drawing
+from seamap_rt.app.drawing import DrawingProcess
+from seamap_rt.app.results import Results
+from seamap_rt.app.source import Source
 from seamap_rt.app.widgets import Canvas
 from seamap_rt.errors import InputError
 
@@ -107,7 +108,7 @@ def test_the_page_goes_on_while_a_process_draws_and_what_nobody_waits_for_is_nev
 
     asyncio.run(run())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "go", "last"]
-    jobs.close()
+    drawing.close()
 
 
 def _wait_and_touch(awaited: Path, path: Path) -> None:
@@ -132,12 +133,12 @@ def test_a_process_that_ends_is_said_and_the_next_drawing_has_another() -> None:
         assert await lane(os.getpid) == first
 
     asyncio.run(run())
-    jobs.close()
+    drawing.close()
 
 
 _PAGE = """
 import asyncio, os, time
-from seamap_rt.app.jobs import quick
+from seamap_rt.app.drawing import quick
 async def page():
     print(await quick(os.getpid), flush=True)
     await quick(time.sleep, 60.0)
@@ -186,4 +187,4 @@ def test_a_run_is_opened_once_in_the_process_that_draws_and_its_scales_stay(tmp_
         await lane(Source.view, source, "heights", 1)
 
     asyncio.run(run())
-    jobs.close()
+    drawing.close()
