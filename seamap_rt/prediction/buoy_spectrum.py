@@ -30,7 +30,6 @@ def spectrum_of_buoys(
     `variance` and `peak_period` with a buoy's. Raises InputError for records of unlike shapes, too short ones, and
     values that are not finite.
     """
-    parts = zip("uen", (up, east, north), strict=True)
     velocities = {
         name: np.atleast_2d(np.asarray(each, float)) for name, each in zip("uen", (up, east, north), strict=True)
     }
