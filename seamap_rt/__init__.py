@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .io.polar_images import read_polar_images
     from .io.process import progress
     from .metrics import compare
-    from .prediction import WaveField, forecast, highest_wave, quiet_windows, reconstruct
+    from .prediction import WaveField, advise, forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
     from .session import FinishedTurn, RunResult, Simulation, iterate, run, simulate
     from .simulation import expected
@@ -47,6 +47,7 @@ __all__ = [
     "SchemaError",
     "Simulation",
     "WaveField",
+    "advise",
     "analytic",
     "compare",
     "echoes",
@@ -94,7 +95,7 @@ _attribute = lazy_attributes(
         "io.process": "progress",
         "io.polar_images": "read_polar_images",
         "metrics": "compare",
-        "prediction": "WaveField forecast highest_wave quiet_windows reconstruct",
+        "prediction": "WaveField advise forecast highest_wave quiet_windows reconstruct",
         "scene": "Scene load_scene",
         "session": "FinishedTurn RunResult Simulation iterate run simulate",
         "simulation": "expected",

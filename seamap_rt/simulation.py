@@ -29,28 +29,31 @@ from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.platform import BoatMotion
 from .radar.scan import Pulses, pulses
 from .resolved_scene import check_record, installation_of, run_sea, sea_key
+from .scattering.permittivity import permittivity_of
 from .scattering.sea_spikes import sea_spikes
 from .scattering.texture import Texture
 from .scene import Scene, SceneLike, as_scene
 from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
+from .tracing.visibility import water_powers
 from .truth import ground_truth, polar_truth, where_known
+from .visible_share import VisibleShare
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 
 @dataclass
 class Stopwatch:
-    """Seconds per named step. told: called with each step's name as it begins."""
+    """Seconds per named step. on_stage: called with each step's name as it begins."""
 
     seconds: dict[str, float] = field(default_factory=dict)
-    told: Callable[[str], object] | None = None
+    on_stage: Callable[[str], object] | None = None
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
-        if self.told is not None:
-            self.told(step)
+        if self.on_stage is not None:
+            self.on_stage(step)
         start = time.perf_counter()
         try:
             yield
@@ -114,6 +117,7 @@ class Simulator:
         self._surface = None if self._scattering.needs_calibration else self._scattering
         self.unresolved = UnresolvedWaves.of(scene, self.sea.resolved.wavenumber_limit)
         self.scenery = Scenery(scene, self.installation)
+        self.visible: VisibleShare | None = None  # of the first turn, once it is simulated
         self._refuse_if_under_water()
 
     def has_sea_of(self, scene: Scene) -> bool:
@@ -187,12 +191,12 @@ class Simulator:
         """What tracers give, less what the scene has waves hide that the mesh does not carry."""
         return light if self.unresolved is None else self.unresolved.shade(light)
 
-    def turn(self, number: int, told: Callable[[str], object] | None = None) -> Turn:
+    def turn(self, number: int, on_stage: Callable[[str], object] | None = None) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps.
 
-        told: called with the name of each step as it begins.
+        on_stage: called with the name of each step as it begins.
         """
-        scene, installation, clock = self.scene, self.installation, Stopwatch(told=told)
+        scene, installation, clock = self.scene, self.installation, Stopwatch(on_stage=on_stage)
         begun = time.perf_counter()
         fired = pulses(installation, number)
         clock.seconds["calibrate"] = 0.0
@@ -213,6 +217,8 @@ class Simulator:
             )
         with clock("truth"):
             truth = polar_truth(light, returns.rcs, installation, scene.retrieval, number)
+            if self.visible is None:
+                self.visible = self._visible_share(mesh, light)
         rays, facets = light.rays, mesh.facets
         del light, returns, moving  # before more is made
         with clock("echoes"):
@@ -233,6 +239,19 @@ class Simulator:
         timing = {**clock.seconds, "total": time.perf_counter() - begun}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
         return Turn(number, echoes, both, begun, timing, int(facets.height.size), rays, slope, folded)
+
+    def _visible_share(self, mesh: SurfaceMesh, light: Illumination) -> VisibleShare:
+        water = permittivity_of(self.scene.scattering, self.installation.radar.frequency_hz)
+
+        def parts() -> Iterator[tuple[Illumination, list[NDArray[np.float64]]]]:
+            for columns in mesh.grid.parts:
+                part = light.part(columns)
+                open_to = replace(part, lit=np.ones_like(part.lit), field=None)  # but for objects
+                free = self.scenery.hide(open_to).visible_to_both
+                powers = water_powers(mesh.part(columns), water, self.scene.wavelength_m)
+                yield part, [each * free for each in powers]
+
+        return VisibleShare.of(parts(), mesh.grid, self.installation.radar)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""

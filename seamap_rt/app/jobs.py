@@ -86,7 +86,7 @@ class Queue:
 
     def progress(self, job: Job) -> Progress:
         """How far a job is."""
-        return read_progress(Path(self._told(job)), job, pace=self.pace(job.words[0]))
+        return read_progress(Path(self._progress_path(job)), job, pace=self.pace(job.words[0]))
 
     def pace(self, kind: str) -> float | None:
         """What a command takes now over what is guessed, by the last three of its kind that were done here and by how
@@ -154,7 +154,7 @@ class Queue:
             self._attend(job)
 
     def _begin(self, job: Job) -> None:
-        environment = {**os.environ, VARIABLE: self._told(job), "COLUMNS": "200"}
+        environment = {**os.environ, VARIABLE: self._progress_path(job), "COLUMNS": "200"}
         for ending in ("progress", "errors"):
             (self._folder / f"{job.name}.{ending}").unlink(missing_ok=True)
         job.state, job.started = "running", time.time()
@@ -205,7 +205,7 @@ class Queue:
             environment = Path(f"/proc/{job.pid}/environ").read_bytes()
         except OSError:
             return False
-        return os.fsencode(f"{VARIABLE}={self._told(job)}") in environment.split(b"\0")
+        return os.fsencode(f"{VARIABLE}={self._progress_path(job)}") in environment.split(b"\0")
 
     def _ending(self, job: Job, code: int | None) -> tuple[State, str]:
         last = _last_line(self._folder / f"{job.name}.errors")
@@ -222,7 +222,7 @@ class Queue:
         return "failed", last or f"ended with exit code {code}"
 
     def _saved(self, job: Job) -> str:
-        """What of a killed run is put under its own name."""
+        """Put the whole part of a killed run under its own name."""
         from ..io.recovery import recover  # takes half a second
 
         try:
@@ -242,7 +242,7 @@ class Queue:
             number += 1
         return f"{base}.{number}"
 
-    def _told(self, job: Job) -> str:
+    def _progress_path(self, job: Job) -> str:
         """The file of a job's progress."""
         return str(self._folder / f"{job.name}.progress")
 

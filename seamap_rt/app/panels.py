@@ -22,12 +22,12 @@ from ..gauges import judge_one
 from ..io.opening import load, open_dataset, open_file
 from ..io.text import csv_text
 from ..io.turn_files import GrowingFile, read_whole_turns
+from ..physics.shadowing import SEEN_DB
 from ..report import curves, style
 from ..report import maps as report_maps
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from ..tracing.visibility import SEEN_DB
 from . import drawing, figures
 from .figures import Figure
 from .results import Results
@@ -111,7 +111,7 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     return figures.figure(data, look, figures.CONFIG)
 
 
-class Told(NamedTuple):
+class Content(NamedTuple):
     """What a view says: a line, images, figures under their words, and of which things which one was chosen."""
 
     words: str
@@ -122,10 +122,10 @@ class Told(NamedTuple):
 
 
 class FiguresPanel:
-    """Figures of the report. draw: gives `Told` of a source and a turn, or of a folder, with what is chosen and whether
-    the page is dark. label: of the choice."""
+    """Figures of the report. draw: gives `Content` of a source and a turn, or of a folder, with what is chosen and
+    whether the page is dark. label: of the choice."""
 
-    def __init__(self, view: SeeView, draw: Callable[..., Told], label: str = "") -> None:
+    def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
         self._view, self._draw, self._filling = view, draw, False
         self._of: tuple[Any, ...] = ()
         self._said = ui.label().props("role=status").mark("view-words")
@@ -137,16 +137,16 @@ class FiguresPanel:
     async def show(self, *of: Any) -> None:
         """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
         self._of = of
-        told = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
-        self._said.set_text(told.words)
+        drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
+        self._said.set_text(drawn.words)
         self._filling = True
-        self._choice.set_options(dict(told.choices), value=told.chosen)
+        self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
         self._filling = False
-        self._choice.set_visibility(bool(told.choices))
-        self._images.show(told.images)
+        self._choice.set_visibility(bool(drawn.choices))
+        self._images.show(drawn.images)
         self._tiles.clear()
         with self._tiles:
-            for words, figure in told.figures:
+            for words, figure in drawn.figures:
                 with tile(words)[1]:
                     ui.label(figure).classes("font-bold figure-value")
 
@@ -161,12 +161,12 @@ class FiguresPanel:
             self._view.redraw()
 
 
-def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Told:
+def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return Told("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
+    return Content("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
 
 
-def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
+def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
     """Of one run, beside what its design was likely to do, or of several by name."""
     floors, laws = [], []
     if law is not None:
@@ -180,22 +180,22 @@ def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = N
         "Height error against range",
         "Graphs of height error, what is stated of it, and bias against ground range.",
         "Of cells more than half in sight, in bins of 10 m.",
-        lambda: curves.draw_errors(told, floors, "Ground range (m)"),
+        lambda: curves.draw_errors(by_range, floors, "Ground range (m)"),
     )
     shares = Picture(
         "share_by_range",
         "Share of the sea in sight",
         "Share of the sea in sight of both antennas and of cells with a height against ground range.",
         "Smith, Wagner: closed forms for a sea of normally distributed slopes." if laws else "",
-        lambda: curves.draw_shares([*laws, *curves.run_shares(told)]),
+        lambda: curves.draw_shares([*laws, *curves.run_shares(by_range)]),
     )
-    known = any(np.isfinite(value).any() for each in told.values() for value in (each.rms, each.stated))
+    known = any(np.isfinite(value).any() for each in by_range.values() for value in (each.rms, each.stated))
     return [errors, shares] if known else [shares]
 
 
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
-    section, told = source.section(azimuth_deg, index), source.by_range(index)
+    section, by_range = source.section(azimuth_deg, index), source.by_range(index)
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     return csv_text([
         [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
@@ -204,7 +204,7 @@ def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
         [],
         ["errors by ground range, cells more than half visible"],
         ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
-        *_rows((told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered)),
+        *_rows((by_range.centre_m, by_range.rms, by_range.bias, by_range.stated, by_range.visible, by_range.answered)),
     ])  # fmt: skip
 
 
@@ -262,10 +262,10 @@ def _read(file: GrowingFile) -> xr.Dataset:
     return xr.Dataset(variables, coordinates)
 
 
-def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Told:
+def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Content:
     """What there is up to a turn of the gauge that is chosen, else of the first."""
     if not has_gauges(source.results):
-        return Told(
+        return Content(
             "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it stands, "
             "and run the design: its record of the surface is held against the map there."
         )
@@ -280,7 +280,7 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Tol
     for key, words, unit, digits in _FIGURES:
         value = float(judged[key]) * (100.0 if unit == "%" else 1.0)
         figures.append((words, f"{number(value, digits)} {unit}".strip()))
-    return Told(
+    return Content(
         place, draw_images([replace(picture, name="gauge")], dark), figures, {each: each for each in names}, name
     )
 
@@ -301,7 +301,7 @@ def read_shadowing(folder: Path) -> xr.Dataset:
         return load(opened, path.name, path)
 
 
-def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
+def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Content:
     """A study in words, and its figure for a look. OSError, KeyError where there is none."""
     data, look = read_shadowing(folder), chosen or "all looks"
     picture = Picture(
@@ -312,12 +312,12 @@ def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return Told(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
+    return Content(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:
     """Where half of the sea is hidden, mast by mast."""
-    told = []
+    parts = []
     for height in data["height"].values:
         mast = data.sel(height=height, look=look)
         half, smith = float(mast["look_r50"]), float(mast["look_r50_smith"]) if "look_r50_smith" in mast else np.nan
@@ -329,9 +329,9 @@ def in_words(data: xr.Dataset, look: str) -> str:
                 (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
             ] + beside
         known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
-        told.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
+        parts.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
-    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(told)}.{level}"
+    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(parts)}.{level}"
 
 
 RangePanel = partial(FiguresPanel, draw=view_by_range)

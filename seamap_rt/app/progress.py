@@ -80,11 +80,11 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
         spent = now - job.started
         left = spent / done * (of - done) if done else None
         return Progress(line, done / max(of, 1), done, of, left)
-    line, told = _without_left(line)
+    line, left_s = _without_left(line)
     starts, of = _starts(lines), _of(lines)
-    if told is not None:
+    if left_s is not None:
         done = max(0, len(starts) - 1)
-        return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, told)
+        return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, left_s)
     if not starts:
         return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing
@@ -102,7 +102,7 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
 
 
 def _without_left(line: str) -> tuple[str, float | None]:
-    """A line without the time left, and that time [s] where it is told."""
+    """A line without the time left, and that time [s] where it is given."""
     found = _LEFT.search(line)
     if not found:
         return line, None

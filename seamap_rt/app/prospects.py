@@ -224,8 +224,8 @@ def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark
         Picture(name, title, f"{title}, as a graph.", "", lambda graph=graph: draw_graph(graph, _WIDE, _HIGH))
         for name, title, graph in _graphs(found, beside, scene)
     ]
-    title, told = "Waves by frequency and the direction they come from", found.spectrum
-    rose = lambda: draw_rose(told.frequency, told.direction, told.density, told.lines, _WIDE)  # noqa: E731
+    title, spectrum = "Waves by frequency and the direction they come from", found.spectrum
+    rose = lambda: draw_rose(spectrum.frequency, spectrum.direction, spectrum.density, spectrum.lines, _WIDE)  # noqa: E731
     pictures.append(Picture("spectrum", title, f"{title}, over the compass.", "", rose))
     return [each.image(dark) for each in pictures]
 

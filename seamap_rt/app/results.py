@@ -113,10 +113,10 @@ class Results:
     def metrics(self) -> dict[str, Any]:
         """Of a finished run; empty of another one."""
         try:
-            told = read_json(self.folder / "metrics.json", most=LONG)
+            content = read_json(self.folder / "metrics.json", most=LONG)
         except (OSError, ValueError):
             return {}
-        return told if isinstance(told, dict) else {}
+        return content if isinstance(content, dict) else {}
 
     # ----------------------------------------------------------------------------------------------------- turns
 

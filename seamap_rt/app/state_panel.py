@@ -53,11 +53,11 @@ def map_spectra(source: Source, turn: int) -> MapSpectra:
     """Of the last turns up to one, by its place. OSError where a turn is not there."""
     results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
     attributes = results.attributes("maps/polar" if results.has_maps else "truth/polar")
-    told = {
+    spectra = {
         true: _mean([_polar(source, each, attributes, true=true) for each in turns], as_it_is=true) if there else None
         for true, there in ((False, results.has_maps), (True, results.has_truth))
     }
-    retrieved, true = told[False], told[True]
+    retrieved, true = spectra[False], spectra[True]
     why, shown = "", retrieved if results.has_maps else true
     if shown is None:
         why = "Too little of the sea is in sight for a spectrum."
@@ -98,14 +98,14 @@ def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None
         found = [replace(each, spectrum=each.spectrum.corrected(1.0 / each.transfer, 0.0)) for each in found]
     first = found[0].spectrum
     frequency = first.ring_frequency
-    told = [_on_rings(each, frequency) for each in found]
+    densities = [_on_rings(each, frequency) for each in found]
     step = max(_LEAST_STEP_HZ, float(np.median(np.diff(frequency))))
     edges = np.arange(0.0, frequency[-1] + step, step)
     directed = [each for each in found if each.way_known and each.polar_map.span > _LEAST_SPAN]
     directional = np.mean([_by_direction(each, edges) for each in directed], axis=0) if directed else None
     return Density(
         frequency,
-        np.mean(told, axis=0),
+        np.mean(densities, axis=0),
         0.5 * (edges[1:] + edges[:-1]),
         np.arange(0.5 * _SECTOR_DEG, 360.0, _SECTOR_DEG),
         directional,
@@ -116,8 +116,8 @@ def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
     """Density [m²/Hz] at the frequencies of the first turn's rings, which hardly differ from turn to turn; NaN of waves
     too short for the cells."""
     own = turn.spectrum.ring_frequency
-    told = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
-    return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, told, np.nan)
+    density = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
+    return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, density, np.nan)
 
 
 def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:

@@ -12,7 +12,19 @@ from cyclopts import Parameter
 
 from ..errors import InputError
 from ..io.text import number_list, parse_number
-from .shell import Names, Number, Settings, about, command, console, overrides_of, section_of
+from .shell import (
+    Names,
+    Number,
+    Settings,
+    StreamFormat,
+    StreamTo,
+    about,
+    command,
+    console,
+    overrides_of,
+    section_of,
+    streaming,
+)
 
 if TYPE_CHECKING:
     import numpy as np  # loaded where they are used: they take half a second
@@ -20,6 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..io.exports import Kind, Origin
+    from ..session.retrieving import Turn
 
 
 _PRODUCT = "prediction.nc"
@@ -70,8 +83,8 @@ def predict(
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
-    if told := last.attrs.get("vessel_notes"):
-        console.print(f"flag: {told}")
+    if notes := last.attrs.get("vessel_notes"):
+        console.print(f"flag: {notes}")
     console.print(*_headlines(last, issued, seen["polar"].sizes["turn"]), folder / _PRODUCT, sep="\n")
     return 0
 
@@ -163,6 +176,8 @@ def retrieve(
     name: Names | None = None,
     out: Annotated[Path | None, about("Folder for maps.nc and retrieval.html; default beside the echoes.")] = None,
     follow: Number = 0.0,
+    stream: StreamTo = None,
+    stream_format: StreamFormat = None,
     wind_from: Number | None = None,
     to: Annotated[list[str] | None, Parameter(negative=(), consume_multiple=False)] = None,
     at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
@@ -216,7 +231,17 @@ def retrieve(
     earlier = tuple(path.name for path in folder.glob("ground*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)
     refuse_unfinished(echoes.parent, "ECHOES")
-    with results_folder(folder, overwrite, (MAPS,)):
+    with streaming(stream, stream_format) as broadcast, results_folder(folder, overwrite, (MAPS,)):
+        tell = [_print_turn] if follow else []
+        if broadcast is not None:
+            from ..session.streaming import RetrievalStream
+
+            tell.append(RetrievalStream(broadcast, stream_format or "json").turn)
+
+        def tell_all(turn: Turn) -> None:
+            for each in tell:
+                each(turn)
+
         found = retrieve_into(
             folder,
             lambda: _opened(echoes, header, name),
@@ -225,7 +250,7 @@ def retrieve(
             wait_s=follow,
             wind_from_deg=wind_from,
             even_if_wrong=even_if_wrong,
-            told=_told if follow else lambda _: None,
+            on_turn=tell_all,
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
@@ -258,12 +283,12 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
     return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
 
 
-def _told(maps: xr.DataTree) -> None:
+def _print_turn(turn: Turn) -> None:
     """A line for a turn that has just come."""
     from ..conventions import turn_name
 
-    polar = maps["polar"].to_dataset()
-    console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(maps)[0]}")
+    polar = turn.maps["polar"].to_dataset()
+    console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

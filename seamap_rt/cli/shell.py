@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter, Token
 from rich.console import Console
@@ -14,6 +15,9 @@ from .. import __version__
 from ..compute.machine import A_MODEL, A_RUN, Need, check_memory
 from ..errors import InputError
 from ..io.text import parse_number
+
+if TYPE_CHECKING:
+    from ..io.stream import Broadcast
 
 app = App(
     name="seamap-rt",
@@ -76,6 +80,8 @@ SceneName = Annotated[str, about("Path of a scene file, or the name of a shipped
 Turns = Annotated[Count | None, about("Turns of the antenna.")]
 Seed = Annotated[Whole | None, about("Of all random numbers.")]
 Tracer = Annotated[str | None, about("facets, horizon or paths.")]
+StreamTo = Annotated[str | None, about("tcp://HOST:PORT: a line of JSON for each turn to all who connect there.")]
+StreamFormat = Annotated[Literal["json", "signalk"] | None, about("Of the lines: json (default) or signalk deltas.")]
 Overwrite = Annotated[bool, about("Replace earlier results in that folder.")]
 _ANY_KEY = "KEY=VALUE, any key of the scene file"
 SceneKeys = Annotated[Settings | None, Parameter(help=f"{_ANY_KEY}, as often as wanted.")]
@@ -122,3 +128,20 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
     from ..scene import load_scene
 
     return load_scene(name, overrides=overrides_of(pairs, **{k.replace("__", "."): v for k, v in direct.items()}))
+
+
+@contextmanager
+def streaming(address: str | None, form: str | None) -> Iterator[Broadcast | None]:
+    """Who listens at an address, if one is given; beyond this machine that is said."""
+    if address is None:
+        if form is not None:
+            raise InputError(f"--stream-format {form}: needs --stream; give both or neither")
+        yield None
+        return
+    from ..io.stream import Broadcast
+
+    with Broadcast(address) as broadcast:
+        console.print(f"stream: {broadcast.address}")
+        if not broadcast.loopback:
+            errors.print("warning: --stream: everyone who reaches this machine can read the stream; nothing guards it")
+        yield broadcast

@@ -18,12 +18,15 @@ from .shell import (
     SceneKeys,
     SceneName,
     Seed,
+    StreamFormat,
+    StreamTo,
     Tracer,
     Turns,
     about,
     command,
     console,
     scene_of,
+    streaming,
 )
 
 if TYPE_CHECKING:
@@ -62,9 +65,9 @@ def _print_account(metrics: dict[str, Any]) -> None:
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
-        from ..scene.checks.radar import told_of_record
+        from ..scene.checks.radar import record_notes
 
-        console.print(*told_of_record(scene.sea, scene.radar), sep="\n")
+        console.print(*record_notes(scene.sea, scene.radar), sep="\n")
 
 
 @command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
@@ -79,29 +82,35 @@ def run(
     account: Annotated[
         bool, about("Print what was modelled, with its cost, and what was left out, with its error.")
     ] = False,
+    stream: StreamTo = None,
+    stream_format: StreamFormat = None,
     overwrite: Annotated[bool, about("Replace another run's results in that folder.")] = False,
     set_: SceneKeys = None,
 ) -> int:
     """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report."""
+    if stream is not None and not predict:
+        raise InputError(f"--stream {stream}: sends forecasts; give --predict too")
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..report.headline import forecast_line, verdict, window_line
     from ..report.sea_statistics import warnings
+    from ..session import Stream
     from ..session import run as run_scene
     from ..session.report_process import ReportProcess, is_compiled
 
     also = "" if is_compiled() else " (compiling, once)"
-    with ReportProcess() as draw, progress() as say:
-        told = {"progress": lambda line: say(line + also), "draw": draw}
-        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, **told)
+    with streaming(stream, stream_format) as to, ReportProcess() as draw, progress() as say:
+        options = {"progress": lambda line: say(line + also), "draw": draw}
+        sent = None if to is None else Stream(to, stream_format or "json")
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, stream=sent, **options)
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     if predict:
         console.print(forecast_line(result.metrics))
-        if told := window_line(result.metrics):
-            console.print(told)
+        if line := window_line(result.metrics):
+            console.print(line)
     for warning in warnings(result.metrics):
         console.print(f"flag: {warning}")
     if account:

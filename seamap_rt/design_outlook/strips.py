@@ -5,7 +5,7 @@ wavenumbers and two directions goes to the strip's nearest wavenumbers, so that 
 that the sea has along it: what hides behind crests depends on nothing else. The draws are the same for every scene,
 so that designs are compared on the same seas.
 
-What of each strip's cells the lower antenna sees is found by the horizon, a step of the surface at a time; their echo
+The horizon gives which of each strip's cells the lower antenna sees, a step of the surface at a time; their echo
 over the noise by facets' slopes, a measured mean, and the link budget.
 """
 
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled
 from ..conventions import POLARIZATIONS, from_db, unit_from_azimuth
+from ..physics.shadowing import SEEN_DB
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.receiver import noise_power
@@ -29,7 +30,7 @@ from ..scattering.calibration import fit_scale
 from ..scattering.permittivity import permittivity_of
 from ..sea.systems import spectral_system, travel_direction
 from ..settings import RadarSettings, RandomWaves, ScatteringSettings, SeaSettings, SinusoidWaves
-from ..tracing.visibility import SEEN_DB, profile_powers
+from ..tracing.visibility import profile_powers
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""What of a sea sees the antenna, and the sea itself, in closed form: random seas by slope, one regular wave by crests.
+"""Share of a sea that sees the antenna, and the sea itself, in closed form: random seas by slope, a wave by crests.
 
 Written from the papers. `validation.analytic` holds the same laws once more, written independently, as a check.
 """
@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import EARTH_RADIUS
 
 HALF = 0.5  # of the sea visible
+SEEN_DB = -6.0  # of two-way power over that of the same water lit, from which on it is visible to a radar
+LEVELS_DB = (-3.0, SEEN_DB, -10.0)  # for which shares are stated
 _NOTHING = 1e-9  # of the sea shadowed: rounding
 _SMOOTHED = 0.25  # of the range, standard deviation
 _SAMPLES = 512  # a wavelength: crossings are interpolated between them, to some 1e-5 of a wavelength

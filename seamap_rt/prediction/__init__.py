@@ -4,6 +4,9 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .advice import advise
+from .advice_motions import Hull
+from .advice_windows import countdown, turn_windows
 from .buoy_spectrum import spectrum_of_buoys
 from .capytaine import read_capytaine
 from .field import WaveField
@@ -17,10 +20,13 @@ __all__ = [
     "Box",
     "Disc",
     "Follower",
+    "Hull",
     "Observations",
     "Predictor",
     "Spectrum",
     "WaveField",
+    "advise",
+    "countdown",
     "forecast",
     "forecasts",
     "highest_wave",
@@ -30,6 +36,7 @@ __all__ = [
     "read_capytaine",
     "reconstruct",
     "spectrum_of_buoys",
+    "turn_windows",
     "vessel_notes",
     "vessel_of",
 ]

@@ -79,7 +79,7 @@ class WaveField(InRows):
     def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
         """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
         mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0].real
-        return np.where(self._met(x, y, time), mean, 0.0)
+        return np.where(self.met(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected slopes (…, 2) towards east and north, and their standard errors."""
@@ -116,8 +116,8 @@ class WaveField(InRows):
 
     def _predict(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
-        means, met = self._expected(wanted, points), self._met(*points)
-        share, made = self._short_share(points), []
+        means, met = self._expected(wanted, points), self.met(*points)
+        share, made = self.short_share(points), []
         for quantity, waves, kept, samples in zip(wanted, means, *self._left(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
@@ -138,7 +138,7 @@ class WaveField(InRows):
         and what is open drawn from its own spectrum, so that neighbouring moments, and quantities, hang together."""
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
-        met, share = self._met(*points), self._short_share(points)
+        met, share = self.met(*points), self.short_share(points)
         _, missed = self._left(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
@@ -161,7 +161,7 @@ class WaveField(InRows):
             made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
-    def _met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
+    def met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
         """Where (point,) no wave comes that the periodic lattice brings in a second time."""
         away = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1])
         lapse = np.maximum(time - self.begun, self.issued - time)
@@ -172,7 +172,7 @@ class WaveField(InRows):
         """Groups (group,) that the samples do not hold."""
         return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
-    def _short_share(self, points: Points) -> Field:
+    def short_share(self, points: Points) -> Field:
         """What is open (point, group) of groups that the samples do not hold, as a share; 0 of others."""
         share = np.zeros((points[0].size, self.knowledge.groups.k.size))
         share[:, self._short] = self.knowledge.open_share(*points, self._short)
@@ -186,6 +186,12 @@ class WaveField(InRows):
         alike = np.mean(np.real(np.conj(fitted) * missed), axis=1)
         kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(fitted) ** 2, axis=1), 1e-12), 0.0, 1.0)
         return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
+
+    def left_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
+        """Of the elevation at points: what share of what was fitted is worth keeping (point,), and the waves (sample,
+        point) [m] that this leaves open."""
+        kept, missed = self._left(self.quantities(["elevation"]), (x, y, time))
+        return kept[0], missed[0]
 
     def samples(
         self, factors: Sequence[NDArray[np.complex128]], x: Field, y: Field, time: Field, *, fitted: bool = False

@@ -36,10 +36,14 @@ def run_line(scene: Scene) -> str:
 
 def verdict(metrics: Mapping[str, Any]) -> str:
     """What the radar does of this sea, in a sentence; empty where the metrics do not say."""
-    told, overall = (metrics.get(name) or {} for name in ("measured", "overall"))
-    if not isinstance(told, Mapping) or not isinstance(overall, Mapping) or told.get("fully_measured_radius_m") is None:
+    measured, overall = (metrics.get(name) or {} for name in ("measured", "overall"))
+    if (
+        not isinstance(measured, Mapping)
+        or not isinstance(overall, Mapping)
+        or measured.get("fully_measured_radius_m") is None
+    ):
         return ""
-    reach, radius = told["reach_m"], told["fully_measured_radius_m"]
+    reach, radius = measured["reach_m"], measured["fully_measured_radius_m"]
     if not reach:
         why = "its heights are no better than the mean level at any range"
         if overall.get("cells") == 0 and overall.get("visible_fraction") is not None:
@@ -47,15 +51,15 @@ def verdict(metrics: Mapping[str, Any]) -> str:
         return f"This radar hardly measures this sea: {why}."
     error = overall.get("height_rmse_m")
     heights = f", their height to {_centimetres(error)}" if error is not None else ""
-    missed = told.get("missed_share")
+    missed = measured.get("missed_share")
     band = overall.get("range_m")
     at = f" at {band[0]:.0f} to {band[1]:.0f} m" if band else ""
     blank = f"; it misses {percent(missed)} of the cells{at}" if missed is not None else ""
-    gross = told.get("gross_share") or 0.0
+    gross = measured.get("gross_share") or 0.0
     wrong = (
         f", and {percent(gross)} of its heights are wrong by more than half the wave height" if gross > _GROSS else ""
     )
-    more = "more than " if told.get("reach_to_the_end") else ""
+    more = "more than " if measured.get("reach_to_the_end") else ""
     return f"Sees the waves out to {more}{reach:.0f} m{heights}: {worth_in_words(radius)}{blank}{wrong}."
 
 
@@ -85,8 +89,8 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
         f"correlation with the true height is {figures['Correlation']}. The scene's wave height is "
-        f"{figures['Wave height Hs, of the scene']}{_retrieved_state(metrics)}. Both antennas see "
-        f"more than half of the sea to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
+        f"{figures['Wave height Hs, of the scene']}{_retrieved_state(metrics)}. Half of the sea "
+        f"is visible to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
         "is flagged."
     )
 
@@ -124,18 +128,18 @@ def headline(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The figures at the top of the page: label and value."""
     overall = metrics.get("overall")
     overall = overall if isinstance(overall, Mapping) else {}
-    told = metrics.get("measured")
-    told = told if isinstance(told, Mapping) else {}
+    measured = metrics.get("measured")
+    measured = measured if isinstance(measured, Mapping) else {}
     return [
-        ("Fully measured radius", _whole_metres(told.get("fully_measured_radius_m"))),
-        ("Reach", _whole_metres(told.get("reach_m"))),
+        ("Fully measured radius", _whole_metres(measured.get("fully_measured_radius_m"))),
+        ("Reach", _whole_metres(measured.get("reach_m"))),
         ("Height error, rms", metres(overall.get("height_rmse_m"))),
         ("Height error, robust", metres(overall.get("height_robust_m"))),
         ("Height bias", metres(overall.get("height_bias_m"), signed=True)),
         ("Correlation", digits(overall.get("height_correlation"), 3)),
         ("Wave height Hs, of the scene", metres(metrics.get("hs_scene_m"), 2)),
         ("Wave height Hs, from the maps", wave_height(metrics)),
-        ("Half visible to", reduce.half_visible(metrics)[1]),
+        ("Half visible to", reduce.half_visible_in_words(metrics)),
     ]
 
 
@@ -156,14 +160,14 @@ def forecast_line(metrics: Mapping[str, Any]) -> str:
 
 def window_line(metrics: Mapping[str, Any]) -> str:
     """What quiet windows were worth, in a line; empty where none were judged."""
-    told = metrics.get("quiet_windows")
-    if not told:
+    rate = metrics.get("quiet_windows")
+    if not rate:
         return ""
-    right = f", {percent(told['right'])} of them right" if told["called"] else ""
+    right = f", {percent(rate['right'])} of them right" if rate["called"] else ""
     return (
-        f"quiet windows: {told['called']} of {told['windows']} called at {told['confidence']:.0%}{right}, "
-        f"{percent(told['found'])} of the quiet ones; area under hits against false alarms {digits(told['area'], 3)} "
-        f"(persistence {digits(told['persistence_area'], 3)})"
+        f"quiet windows: {rate['called']} of {rate['windows']} called at {rate['confidence']:.0%}{right}, "
+        f"{percent(rate['found'])} of the quiet ones; area under hits against false alarms {digits(rate['area'], 3)} "
+        f"(persistence {digits(rate['persistence_area'], 3)})"
     )
 
 

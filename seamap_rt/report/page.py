@@ -91,8 +91,8 @@ def _account(entries: Any, columns: Mapping[str, str]) -> list[Table]:
     """What the metrics say of a list of mappings or of plain sentences; columns: heads by the mappings' keys."""
     rows = []
     for entry in entries if isinstance(entries, list | tuple) else ():
-        told = entry if isinstance(entry, Mapping) else {"what": str(entry)}
-        rows.append([str(told.get(name) or NOTHING) for name in columns])
+        fields = entry if isinstance(entry, Mapping) else {"what": str(entry)}
+        rows.append([str(fields.get(name) or NOTHING) for name in columns])
     return [Table("", list(columns.values()), rows, words=True, nothing="The metrics do not say.")]
 
 
@@ -103,7 +103,7 @@ def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Ma
     """The tables of the page."""
     made = [*evolution.turn_table(retrieved, truth), *forecast_figures.forecast_table(metrics.get("prediction") or [])]
     made += [*forecast_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
-    made += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
+    made += [_range_table(scene, metrics), *_visible_table(metrics), _sea_table(metrics), *_calibration_table(metrics)]
     return [*made, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 
 
@@ -168,6 +168,23 @@ def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
     shown = [(head, reduce.series(metrics.get(k), centres.size), write) for k, (head, write) in columns.items()]
     note = "Cells more than half visible; bins of few are not drawn."
     return columns_table("Against range", [("Range (m)", centres, decimals(1)), *shown], note)
+
+
+def _visible_table(metrics: Mapping[str, Any]) -> list[Table]:
+    """Half ranges and visible shares, to light and to a radar; none of runs by earlier versions."""
+    _, shown = reduce.visible(metrics)
+    if not shown:
+        return []
+    columns = {
+        "sees": ("Visible to", str),
+        "level_db": ("Power over the same water's when lit, at least (dB)", lambda x: f"{x:g}" if x else NOTHING),
+        "half_visible_m": ("Half visible to (m)", decimals(0)),
+        "visible_fraction": ("Share at 50–200 m", percent),
+    }
+    filled = [(head, [row[k] for row in shown], write) for k, (head, write) in columns.items()]
+    own = metrics["visible"]["polarization"]
+    note = f"By ground range, of the first turn's looks. This radar's polarization is {own}."
+    return [columns_table("What is visible", filled, note)]
 
 
 def _time_table(metrics: Mapping[str, Any]) -> Table:
@@ -367,13 +384,23 @@ def _visible_share(run: _Run) -> Picture:
         "Visible share against range",
         f"Visible share of the sea against ground range with the curves of Smith and Wagner: "
         f"half of the sea is visible to {run.figures['Half visible to']}.",
-        f"Share of the horizontal area of the polar cells that is lit for both antennas{run.over_turns}: all looks, "
+        f"{_radar_words(run.metrics)}Share of the horizontal area of the polar cells that is lit for both "
+        f"antennas{run.over_turns}: all looks, "
         "and sectors of ±22.5° about the direction from which the highest waves come (up-wave), the opposite one "
         "(down-wave) and both at right angles (across). Smith (1967) and Wagner (1967) for a Gaussian sea with an "
         f"rms slope along the look of {digits(slope, 3)}, {source}, at the grazing angle atan(antenna height / "
         "ground range). Both ignore that height and slope are correlated along the ray, and overestimate "
         "visibility against exact ray tracing (in the seas of the validation, Smith by 3–16 %, Wagner by 20–45 %).",
         lambda: curves.visible_share(run.scene, run.truth, run.metrics),
+    )
+
+
+def _radar_words(metrics: Mapping[str, Any]) -> str:
+    if not reduce.visible(metrics)[1]:
+        return ""
+    return (
+        f"To a radar in VV and in HH: water that returns {metrics['visible']['seen_db']:g} dB or more of its two-way "
+        "power when lit, in the first turn. "
     )
 
 

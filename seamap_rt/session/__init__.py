@@ -9,7 +9,7 @@ from ..lazy import lazy_attributes
 if TYPE_CHECKING:
     from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
     from .simulating import FileSink, Memory, Simulation, simulate
-    from .whole_run import RunResult, run
+    from .whole_run import RunResult, Stream, run
 
 __all__ = [
     "FileSink",
@@ -18,6 +18,7 @@ __all__ = [
     "RunResult",
     "Simulation",
     "Sink",
+    "Stream",
     "TurnFigures",
     "deliver",
     "iterate",
@@ -30,6 +31,6 @@ __getattr__ = lazy_attributes(
     {
         "driver": "FinishedTurn Sink TurnFigures deliver iterate",
         "simulating": "FileSink Memory Simulation simulate",
-        "whole_run": "RunResult run",
+        "whole_run": "RunResult Stream run",
     },
 )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -35,7 +35,11 @@ from ..window_errors import Windows, judge_windows, observed_windows
 from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
 from .simulating import FileSink, concatenate_turns, gauge_sink, image_sinks
 
-_EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
+if TYPE_CHECKING:
+    from ..io.stream import Broadcast
+    from .streaming import Format
+
+_EACH = 4  # cells between those at which the error is stated: it changes over wavelengths
 
 
 class ForecastSink:
@@ -50,22 +54,24 @@ class ForecastSink:
     def __init__(self, file: AppendableNetCDF, simulator: Simulator) -> None:
         self._file, self._simulator = file, simulator
         self._settings = simulator.scene.resolved_prediction
-        self._vessel = vessel_of(self._settings.vessel)
-        self.vessel_notes = vessel_notes(self._vessel)
+        self.vessel = vessel_of(self._settings.vessel)
+        self.vessel_notes = vessel_notes(self.vessel)
         self._predictor = predictor_of(self._settings)
         self._issued: list[tuple[int, xr.Dataset]] = []
         self._last: tuple[WaveField, xr.Dataset] | None = None
+        self.latest: tuple[WaveField, xr.Dataset] | None = None  # the field after the last turn, and its forecast
         self._number = -1
 
     def turn(self, turn: FinishedTurn) -> None:
         assert turn.maps is not None
         self._number = turn.number
-        field = self._predictor.turn(turn.maps["polar"].to_dataset().isel(turn=0))
+        self.latest, field = None, self._predictor.turn(turn.maps["polar"].to_dataset().isel(turn=0))
         if field is None:
             return
-        made = issue(field, turn.number, self._settings, self._vessel)
+        made = issue(field, turn.number, self._settings, self.vessel)
         self._file.append(made)
         self._issued.append((turn.number, made))
+        self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
 
     def take_back(self) -> None:
@@ -122,6 +128,13 @@ def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
 PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
 
 
+class Stream(NamedTuple):
+    """Who listens, and the form of what is sent: "json" or "signalk"."""
+
+    broadcast: Broadcast
+    form: Format = "json"
+
+
 @dataclass(frozen=True)
 class RunResult:
     """What a run left behind: its folder, and the content of metrics.json."""
@@ -138,6 +151,7 @@ def run(
     overwrite: bool = False,
     progress: Progress | None = None,
     draw: Callable[..., Path] | None = None,
+    stream: Stream | None = None,
 ) -> RunResult:
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
@@ -145,7 +159,9 @@ def run(
     Results stream turn by turn: memory holds one turn, and all maps and truths while they are at most 200 MB.
     Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
-    progress: called with a line on what begins. draw: draws the report in place of `report.write_report`.
+    progress: called with a line on what begins. draw: draws the report in place of `report.write_report`. stream: where
+    each turn's message goes as soon as the turn is whole, and as what; turns then are retrieved one by one, not beside
+    the next one's simulation. It needs `predict`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
     scene, say = as_scene(scene), progress or silent
@@ -164,7 +180,12 @@ def run(
         with _stating_what_is_left(truth_file, scene.turns), growing(folder, files):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
-            made = TurnMemory(iterate(scene, simulator=simulator, ahead=True, progress=progress))
+            if ahead is not None and stream is not None:
+                from .streaming import StreamSink
+
+                sinks.remove(ahead)
+                sinks = [ahead, StreamSink(stream.broadcast, ahead, ahead.vessel, stream.form), *sinks]
+            made = TurnMemory(iterate(scene, simulator=simulator, ahead=stream is None, progress=progress))
             figures = deliver(made, sinks)
         say("compare: maps with the truth")
         gauges = xr.load_dataset(folder / "gauges.nc") if scene.gauges else None  # some hundred bytes a turn
@@ -271,6 +292,7 @@ def _metrics(
         **error_figures(maps, truth),
         "measured": CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
+        "visible": _visible(simulator),
         "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
@@ -279,6 +301,12 @@ def _metrics(
         "peak_memory_bytes": peak_memory(),
         **run_facts(scene, simulator.sea, simulator.surface, timing),
     }
+
+
+def _visible(simulator: Simulator) -> dict[str, Any] | None:
+    """To light and to radars, of the first turn; polarization: the scene's own."""
+    own = {"polarization": simulator.scene.scattering.polarization}
+    return None if simulator.visible is None else own | simulator.visible.facts
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:

@@ -149,8 +149,19 @@ def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
     return (
         f"at {words_of(choice.key).value(choice.value)} fully measured radius {wide}, "
         f"reach {more}{float(one['reach_m'].mean()):.0f} m, "
-        f"{gross}% of the heights wrong by more than half the wave height"
+        f"{gross}% of the heights wrong by more than half the wave height{_half_visible(table, one)}"
     )
+
+
+def _half_visible(table: xr.Dataset, one: xr.Dataset) -> str:
+    """To how far half of the sea is visible to the radar in its own polarization, and to light; empty where unknown."""
+    own = str(one[POLARIZATION].item()) if POLARIZATION in one.coords else table.attrs.get("polarization", "")
+    half = one.get(f"half_visible_{own.lower()}_m")
+    if half is None or not half.notnull().any():
+        return ""
+    light = float(one["half_visible_m"].mean())
+    beside = f" (to light to {light:.0f} m)" if np.isfinite(light) else ""
+    return f"; half of the sea is visible to the radar in {own} to {float(half.mean()):.0f} m{beside}"
 
 
 def _valued(key: str, value: Any) -> str:
@@ -158,6 +169,7 @@ def _valued(key: str, value: Any) -> str:
     return f"{words.name} {words.value(value)}"
 
 
+POLARIZATION = "scattering.polarization"
 RADIUS, REACH, QUALITY = "outlook_fully_measured_radius_m", "outlook_reach_m", "outlook_quality_by_range"
 MOTION = "outlook_motion_cost_m"
 _WORDS = {
@@ -250,7 +262,7 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
 
 
 def _seeds_in_words(difference: float) -> str:
-    """Of a difference [m] between designs over the same seas, to be told with 95 % confidence."""
+    """Of a difference [m] between designs over the same seas, to be found with 95 % confidence."""
     many = np.arange(FEWEST_SEEDS, _MOST_SEEDS + 1)
     if not np.isfinite(difference):
         return ""

@@ -232,7 +232,9 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     facts = {"significant_height_m": 4.0 * sigma, "range_m": [near, far], "facets": facets, "folded_share": folded}
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
-    overall = {name: value for name, value in overall.items() if name != "range_m"} | rings.figures
+    assert simulator.visible is not None
+    overall = {name: value for name, value in overall.items() if name != "range_m"}
+    overall |= rings.figures | simulator.visible.figures
     return {"metrics": overall, "by_range": by_range, "facts": facts}
 
 

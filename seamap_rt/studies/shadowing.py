@@ -208,7 +208,7 @@ def write_shadowing(
 def headlines(data: xr.Dataset) -> list[str]:
     """A line per height: beyond which range half is shadowed, along the waves, at 45°, across, all looks; a last line
     says when water is visible to a radar."""
-    from ..tracing.visibility import SEEN_DB
+    from ..physics.shadowing import SEEN_DB
     from .visible_dataset import OUTSIDE  # it and the next take a second
 
     lines = []

@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ..physics.shadowing import SEEN_DB
 from ..report import style
 from ..report.page_elements import Cell, Fold, Image, Table, html_page
-from ..tracing.visibility import SEEN_DB
 from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
 from .visible_tally import LOOKS
 

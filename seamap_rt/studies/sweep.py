@@ -148,6 +148,7 @@ class Sweep(Grid):
     def table(self, criterion: Criterion) -> xr.Dataset:
         """The results so far over the varied keys and seeds."""
         about = {"title": f"{self.scene.name}: {' × '.join(self.vary)}", "scene": self.scene.to_toml()}
+        about["polarization"] = self.scene.scattering.polarization
         table = trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
         return table.merge(outlook_columns(self.vary, self.designs, table["range"].values), join="left")
 

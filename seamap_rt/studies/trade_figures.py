@@ -13,9 +13,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from ..conventions import written
 from ..measured import FULLY_MEASURED, LEVEL
+from ..physics.shadowing import SEEN_DB
 from ..report import style
 from ..report.keys import words_of
 from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
@@ -250,6 +252,42 @@ def draw_quality(table: xr.Dataset) -> Figure:
 
 
 @style.styled
+def draw_half_visible(table: xr.Dataset) -> Figure:
+    """Half-visible range and visible share to light, in VV and in HH, a colour for each choice of the other keys."""
+    chosen = layout(table)
+    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
+    choices = _choices(table, others)
+    figure, places = _sheet(len(_VISIBLE), len(_VISIBLE), 2.0, len(choices) + len(_SEES), a_line=3)
+    for number, (axes, (label, scale, names)) in enumerate(zip(places, _VISIBLE, strict=True)):
+        style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + number)})")
+        x = _positions(axes, table, chosen.along)
+        for place, (at, _) in enumerate(choices):
+            for name, dash in zip(names, _SEES.values(), strict=True):
+                axes.plot(
+                    x,
+                    scale * table[name].isel(at).mean("seed"),
+                    linestyle=dash,
+                    color=_colour(place, len(choices)),
+                    marker="o",
+                    markersize=2.5,
+                )
+        axes.set_ylim(bottom=0.0)
+    lines = [Line2D([], [], color=style.BLACK, linestyle=dash, label=name) for name, dash in _SEES.items()]
+    if len(choices) > 1:
+        shown = enumerate(choices)
+        lines += [Line2D([], [], color=_colour(place, len(choices)), label=words) for place, (_, words) in shown]
+    figure.legend(handles=lines, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3)
+    return figure
+
+
+_SEES: dict[str, Any] = {"to light": "-", "in VV": "-.", "in HH": ":"}
+_VISIBLE = (
+    ("Half visible to (m)", 1.0, ("half_visible_m", "half_visible_vv_m", "half_visible_hh_m")),
+    ("Visible at 50–200 m (%)", 100.0, ("visible_fraction", "visible_vv_fraction", "visible_hh_fraction")),
+)
+
+
+@style.styled
 def draw_shares(table: xr.Dataset) -> Figure:
     """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
     chosen = layout(table)
@@ -342,6 +380,8 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
             ("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
             (larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
         ]
+    if done and table["half_visible_m"].notnull().any():
+        drawn.insert(1, ("How far the sea is visible", style.png(draw_half_visible(table)), _HALF_VISIBLE))
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
     words = [(key, words_of(key)) for key in keys]
@@ -365,6 +405,11 @@ _RADII = (
     "of all cells falls below 0.28. Dots: each seed; bands: 95 % of the mean, from three seeds on. Dotted: the outlook,"
     " a model that answers at once and simulates nothing."
 )
+_HALF_VISIBLE = (
+    "Ground range to which half of the sea is visible to light, and to a radar in VV and in HH: water that returns "
+    f"{SEEN_DB:g} dB or more of its two-way power when lit; and the share of the sea that is visible at 50 to 200 m. "
+    "Means over the seeds."
+)
 _QUALITY = (
     "1: a perfect height; 0: none, or one no better than the mean level. Mean over seeds, looks and turns. Dashed: "
     "where the reach ends; dotted: the outlook."
@@ -382,11 +427,16 @@ _COLUMNS: dict[str, tuple[str, int]] = {
     "gross_share": ("Wrong by more than half Hs (%)", 1),
     "missed_share": ("Cells without a height, 50–200 m (%)", 0),
     "height_rmse_m": ("Height error, rms (m)", 3),
-    "visible_fraction": ("Visible, 50–200 m (%)", 0),
+    "visible_fraction": ("Visible to light, 50–200 m (%)", 0),
+    "visible_vv_fraction": ("Visible in VV, 50–200 m (%)", 0),
+    "visible_hh_fraction": ("Visible in HH, 50–200 m (%)", 0),
+    "half_visible_m": ("Half visible to light to (m)", 0),
+    "half_visible_vv_m": ("Half visible in VV to (m)", 0),
+    "half_visible_hh_m": ("Half visible in HH to (m)", 0),
     "usable_range_m": ("Usable range (m)", 0),
     "cost_s": ("Computed in (s)", 1),
 }
-_IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction")
+_IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction", "visible_vv_fraction", "visible_hh_fraction")
 
 
 def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:

@@ -12,6 +12,7 @@ from .. import __version__
 from ..io.text import csv_text
 from ..measured import LEVEL
 from ..metrics import BIN_M
+from ..physics.shadowing import SEEN_DB
 from .point import Outcome
 from .vary import Vary, labels
 
@@ -101,10 +102,17 @@ _MEASURED = {
     "gross_share": ("1", "share of the heights that count which are wrong by more than half the significant height"),
     "missed_share": ("1", "share of all cells at 50–200 m without a height that counts"),
 }
+_VISIBLE = {
+    "half_visible_m": ("m", "ground range to which half of the water is visible to light"),
+    "half_visible_vv_m": ("m", f"the same of what returns {SEEN_DB:g} dB or more of its power when lit, in VV"),
+    "half_visible_hh_m": ("m", f"the same of what returns {SEEN_DB:g} dB or more of its power when lit, in HH"),
+    "visible_vv_fraction": ("1", "share of the sea's horizontal area visible to a radar in VV, 50–200 m"),
+    "visible_hh_fraction": ("1", "share of the sea's horizontal area visible to a radar in HH, 50–200 m"),
+}
 _COLUMNS = {  # name in the table, and of most in a point's metrics
     **{k: Column(u, f"{w}, 50–200 m, cells more than half visible", k) for k, (u, w) in _OF_50_TO_200_M.items()},
     "significant_height_m": Column("m", "significant wave height of the resolved sea, expected"),
-    **{name: Column(units, words, name) for name, (units, words) in _MEASURED.items()},
+    **{name: Column(units, words, name) for name, (units, words) in (_MEASURED | _VISIBLE).items()},
     "usable_range_m": Column("m", "where the usable run of bins ends; 0: no bin is usable"),
     "usable_from_m": Column("m", "where the usable run of bins begins"),
     "usable_to_the_end": Column("1", "1 where the usable run ends with the last whole bin: it may reach farther"),

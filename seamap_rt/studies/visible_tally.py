@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import POLARIZATIONS, from_db, wrap_degrees
+from ..conventions import from_db, wrap_degrees
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
+from ..physics.shadowing import LEVELS_DB
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
 from ..resolved_scene import installation_of, run_sea
@@ -19,12 +20,11 @@ from ..scene import Scene, with_keys
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
-from ..tracing.visibility import two_way_power
+from ..tracing.visibility import water_powers
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
 ALL_LOOKS = "all looks"
-LEVELS_DB = (-3.0, -6.0, -10.0)  # of a facet's two-way power over that of the same water lit, for a radar to see it
 
 
 @dataclass(frozen=True)
@@ -170,10 +170,12 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
             surface = replace(surface, grid=grid)
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
-        trace = tracer(tracer_name, scene.radar, scene.scattering, diffraction="knife_edge")
-        facets = _without_drowned(trace(surface.levelled).on(surface.facets), surface, sea)
+        trace = tracer(tracer_name, scene.radar, scene.scattering)
+        submerged = submerged_lines(surface, sea)
+        drowned = (submerged[1:] | submerged[:-1])[:, None]  # an antenna that the sea covers later sees nothing then
+        facets = trace(surface.levelled).on(surface.facets).without(drowned)
         water = permittivity_of(scene.scattering, scene.radar.frequency_hz)
-        two_way = [two_way_power(facets, each, water, scene.wavelength_m) for each in POLARIZATIONS]
+        two_way = [np.where(drowned, 0.0, each) for each in water_powers(surface, water, scene.wavelength_m)]
         yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
@@ -204,9 +206,3 @@ def _same_points(one: PolarGrid, other: PolarGrid) -> bool:
         (one.pose.origin[:, :2], other.pose.origin[:, :2]),
     )
     return all(np.array_equal(a, b) for a, b in pairs)
-
-
-def _without_drowned(facets: Illumination, surface: SurfaceMesh, sea: Sea) -> Illumination:
-    """An antenna that the sea covers later in the turn sees nothing then."""
-    submerged = submerged_lines(surface, sea)
-    return facets.without((submerged[1:] | submerged[:-1])[:, None])

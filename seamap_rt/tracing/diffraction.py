@@ -71,17 +71,29 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
 
 
 def field_over_profiles(
-    distance_m: NDArray[np.float64], height_m: NDArray[np.float64], wavelength_m: float
+    distance_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
+    wavelength_m: float,
+    antenna_m: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
     """`field` and `ray_slope` (profile, facet) of the facets between corners of profiles, for one antenna.
 
-    distance_m: of the corners from the antenna, all in front of it (corner,); height_m: above it (profile, corner).
+    distance_m: of the corners from the antenna, all in front of it (corner,); height_m: above it (profile, corner);
+    antenna_m: where it is (profile, 2), along the profile and above its zero; there by default.
     """
     shape = height_m.shape[0], distance_m.size - 1
     field, ray_slope = np.zeros(shape, np.complex64), np.zeros(shape, np.float32)
-    station = np.zeros((shape[0], 2)), 4.0 / wavelength_m, 1.0
-    for first in (0, 1):
-        _over_edges(distance_m, height_m, first, station, _fresnel_table(), field, ray_slope)
+    antenna = np.zeros((shape[0], 2)) if antenna_m is None else antenna_m
+    table = _fresnel_table()
+
+    def work(start: int) -> None:
+        rows = slice(start, start + _COLUMNS)
+        station = antenna[rows], 4.0 / wavelength_m, 1.0
+        for first in (0, 1):
+            _over_edges(distance_m, height_m[rows], first, station, table, field[rows], ray_slope[rows])
+
+    with pool() as workers:
+        list(workers.map(work, range(0, shape[0], _COLUMNS)))
     return field, ray_slope
 
 

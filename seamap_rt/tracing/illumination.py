@@ -24,13 +24,21 @@ def mitsuba() -> Any:
     return mi
 
 
-def mitsuba_mesh(name: str, surface: Trimesh) -> Any:
-    """The surface as a Mitsuba mesh: float32 vertices, uint32 faces, no normals of its own."""
+def mitsuba_mesh(name: str, surface: Trimesh, normals: NDArray[Any] | None = None) -> Any:
+    """The surface as a Mitsuba mesh: float32 vertices, uint32 faces, and flat ones unless its vertices have normals.
+
+    Mitsuba 3.10 takes tensors (n, 3) at once, earlier ones flat arrays into a mesh of so many vertices and faces.
+    """
     mi = mitsuba()
-    count = len(surface.vertices), len(surface.faces)
-    shape = mi.Mesh(name, *count, has_vertex_normals=False, has_vertex_texcoords=False)
+    if hasattr(mi.Mesh, "from_fields"):  # 3.10
+        shading = {"face_normals": True} if normals is None else {"normals": _rows(mi.TensorXf, mi.Float, normals)}
+        positions = _rows(mi.TensorXf, mi.Float, surface.vertices)
+        return mi.Mesh(name, faces=_rows(mi.TensorXu, mi.UInt32, surface.faces), positions=positions, **shading)
+    shape = mi.Mesh(name, len(surface.vertices), len(surface.faces), has_vertex_normals=normals is not None)
     parameters = mi.traverse(shape)
     set_triangles(parameters, "", surface)
+    if normals is not None:
+        parameters["vertex_normals"] = flat(mi.Float, normals)
     parameters.update()
     return shape
 
@@ -38,8 +46,18 @@ def mitsuba_mesh(name: str, surface: Trimesh) -> Any:
 def set_triangles(parameters: Any, prefix: str, surface: Trimesh) -> None:
     """Write the surface into Mitsuba's parameters under a prefix. The caller calls `parameters.update()`."""
     mi = mitsuba()
-    parameters[f"{prefix}vertex_positions"] = flat(mi.Float, surface.vertices, np.float32)
-    parameters[f"{prefix}faces"] = flat(mi.UInt32, surface.faces, np.uint32)
+    if f"{prefix}positions" in parameters:  # 3.10
+        parameters[f"{prefix}positions"] = _rows(mi.TensorXf, mi.Float, surface.vertices)
+        parameters[f"{prefix}faces"] = _rows(mi.TensorXu, mi.UInt32, surface.faces)
+    else:
+        parameters[f"{prefix}vertex_positions"] = flat(mi.Float, surface.vertices)
+        parameters[f"{prefix}faces"] = flat(mi.UInt32, surface.faces, np.uint32)
+
+
+def _rows(tensor: Any, kind: Any, values: NDArray[Any]) -> Any:
+    """Values (n, 3) as a Dr.Jit tensor of that shape."""
+    dtype = np.uint32 if values.dtype.kind in "iu" else np.float32
+    return tensor(flat(kind, values, dtype), values.shape)
 
 
 def flat(kind: Any, values: NDArray[Any], dtype: Any = np.float32) -> Any:

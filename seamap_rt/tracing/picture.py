@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
-from .illumination import flat, mitsuba
+from ..mesh.surface import as_trimesh
+from .illumination import mitsuba, mitsuba_mesh
 
 Elevation = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -180,23 +181,18 @@ def _ranges(height: float) -> NDArray[np.float64]:
 def _water(
     mi: Any, vertices: NDArray[np.float64], normals: NDArray[np.float64], faces: NDArray[np.uint32], mss: float
 ) -> Any:
-    properties = mi.Properties()
-    properties = mi.Properties()
-    properties["surface"] = mi.load_dict(
-        {
-            "type": "roughplastic",  # a rough mirror over a coloured body, by Fresnel's shares
-            "distribution": "beckmann",
-            "alpha": math.sqrt(mss),
-            "int_ior": _REFRACTIVE_INDEX,
-            "diffuse_reflectance": {"type": "rgb", "value": list(_BODY)},
-        }
+    mesh = mitsuba_mesh("sea", as_trimesh(vertices, faces), normals)
+    mesh.set_bsdf(
+        mi.load_dict(
+            {
+                "type": "roughplastic",  # a rough mirror over a coloured body, by Fresnel's shares
+                "distribution": "beckmann",
+                "alpha": math.sqrt(mss),
+                "int_ior": _REFRACTIVE_INDEX,
+                "diffuse_reflectance": {"type": "rgb", "value": list(_BODY)},
+            }
+        )
     )
-    mesh = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=True, props=properties)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = flat(mi.Float, vertices)
-    parameters["vertex_normals"] = flat(mi.Float, normals)
-    parameters["faces"] = flat(mi.UInt32, faces, np.uint32)
-    parameters.update()
     return mesh
 
 

@@ -15,43 +15,57 @@ a few metres of where this says (`validation/light/half_visible.py`); by light a
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import POLARIZATIONS
 from .diffraction import field_over_profiles
-from .illumination import Illumination
 
-SEEN_DB = -6.0  # of two-way power over that of the same water lit, from which on a radar sees it
+if TYPE_CHECKING:
+    from ..mesh.surface import SurfaceMesh  # loads trimesh
+
 _HORIZON = 0.388  # f(0)/2
 _LEAST = 1e-4  # of sin ψ: what faces the ray less is taken as facing it by so much
 
 
-def two_way_power(light: Illumination, polarization: str, permittivity: complex, wavelength_m: float) -> NDArray:
-    """(column, facet) power over that of the same water lit, for the antenna that has least; 0 where no ray arrives.
+def water_powers(mesh: SurfaceMesh, permittivity: complex, wavelength_m: float) -> list[NDArray[np.float64]]:
+    """(column, facet) power over that of the same water lit, in each of `POLARIZATIONS`; 0 where no ray arrives.
 
-    light: with the field over edges. polarization: VV or HH. permittivity: of the water, relative. ValueError for light
-    without that field.
+    mesh: not levelled. permittivity: of the water, relative. For the lowest antenna, over the profile of the column's
+    first line, near and far facet alike. Not over the facets' own planes: these cut waves that run across the look on
+    chords as wide as the column, so that rungs and diagonals lie by turns too high and too low, up to 2/9 of a rung
+    times the difference of the lines' slopes. Light hardly knows that; the field over so many edges does: half of the
+    water was visible to a radar 5 to 8 % less far on columns four times as wide.
     """
-    if light.field is None or light.ray_slope is None:
-        raise ValueError("light: has no field over the edges of shadows; trace it with diffraction = 'knife_edge'")
-    over_edges = np.abs(light.field).min(axis=0)
-    plane = np.sin(np.arctan(light.slope_look) + np.arctan(light.ray_slope))
-    return _power(over_edges, plane, _bend(light), polarization, permittivity, wavelength_m)
+    grid = mesh.grid
+    antenna = int(np.argmin(grid.antenna_positions[..., 2].mean(axis=0)))
+    surface = mesh.elevation[:-1] - grid.column_height
+    surface[:, 1:-1] -= np.diff(surface, 2, axis=1) / 12.0  # chords as high as the water, `SurfaceMesh.levelled`
+    station = np.ascontiguousarray(grid.antenna_positions[:, antenna, ::2])
+    powers = profile_powers(grid.ground_range, surface, permittivity, wavelength_m, station)
+    return [np.repeat(each, 2, axis=1) for each in powers]
 
 
 def profile_powers(
-    distance_m: NDArray, height_m: NDArray, permittivity: complex, wavelength_m: float
+    distance_m: NDArray,
+    height_m: NDArray,
+    permittivity: complex,
+    wavelength_m: float,
+    antenna_m: NDArray[np.float64] | None = None,
 ) -> list[NDArray[np.float64]]:
     """(profile, facet) of the same in each of `POLARIZATIONS`, of facets between the corners of profiles of water.
 
-    distance_m: of the corners from the antenna, evenly spaced (corner,); height_m: above it (profile, corner).
+    distance_m: of the corners from the antenna (corner,); height_m: above it (profile, corner); antenna_m: where it
+    is, along the profile and above its zero (profile, 2), if not there.
     """
-    field, ray_slope = field_over_profiles(distance_m, height_m, wavelength_m)
-    step = distance_m[1] - distance_m[0]
+    field, ray_slope = field_over_profiles(distance_m, height_m, wavelength_m, antenna_m)
+    step = np.diff(distance_m)
     slope = np.diff(height_m, axis=1) / step
     plane = np.sin(np.arctan(slope) + np.arctan(ray_slope))
-    known = np.abs(field), plane, np.gradient(slope, step, axis=1)
+    bend = np.gradient(slope, distance_m[:-1] + 0.5 * step, axis=1)
+    known = np.abs(field), plane, bend
     return [_power(*known, each, permittivity, wavelength_m) for each in POLARIZATIONS]
 
 
@@ -67,13 +81,3 @@ def _power(
         impedance = np.sqrt(permittivity - 1.0) / permittivity
         gain = gain * np.abs((plane + impedance) / (round_crest + impedance))
     return (over_edges * gain) ** 4
-
-
-def _bend(light: Illumination) -> NDArray[np.float64]:
-    """(column, facet) curvature along the look [1/m], of near and of far facets each by themselves."""
-    bend = np.zeros(light.slope_look.shape)
-    for kind in (0, 1):
-        slope, distance = light.slope_look[:, kind::2], light.distance[kind::2]
-        if distance.size > 1:
-            bend[:, kind::2] = np.gradient(slope, distance, axis=1)
-    return bend

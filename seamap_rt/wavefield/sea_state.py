@@ -98,7 +98,7 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     """
     polar = group_of(maps, "maps/polar", _NEEDED)
     water = water_of(polar.attrs)
-    record = _Record(water, polar.sizes["turn"])
+    record = SeaStateRecord(water, polar.sizes["turn"])
     rows = [record.row(polar.isel(turn=turn)) for turn in range(polar.sizes["turn"])]
     known = {name: polar.attrs.get(name, missing) for name, (missing, _) in WATER_ATTRIBUTES.items()}
 
@@ -236,10 +236,11 @@ def systems_of(turns: Sequence[TurnSpectrum], water: Water, before: WaveSystems 
     return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before, seen)
 
 
-class _Record:
-    """The turns up to one, and the wave systems found in them."""
+class SeaStateRecord:
+    """The turns up to one, and the wave systems found in them. turns: how many come, where that is known: the last
+    one's systems are looked for again."""
 
-    def __init__(self, water: Water, turns: int) -> None:
+    def __init__(self, water: Water, turns: int = 0) -> None:
         self._water, self._last = water, turns
         self._count = 0
         self._turns: list[tuple[TurnSpectrum, dict[str, float]]] = []

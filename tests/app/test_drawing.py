@@ -91,29 +91,29 @@ def test_the_page_goes_on_while_a_process_draws_and_what_nobody_waits_for_is_nev
     async def run() -> None:
         lane = DrawingProcess()
         await lane(os.getpid)  # it has started
-        first = asyncio.ensure_future(lane(_touch, tmp_path / "first", 1.0))
+        first = asyncio.ensure_future(lane(_wait_and_touch, tmp_path / "go", tmp_path / "first"))
         await asyncio.sleep(0.1)
-        dropped = [asyncio.ensure_future(lane(_touch, tmp_path / f"dropped{i}", 0.0)) for i in range(5)]
+        dropped = [asyncio.ensure_future(lane(Path.touch, tmp_path / f"dropped{i}")) for i in range(5)]
         await asyncio.sleep(0.05)
         for each in dropped:
             each.cancel()
-        last = asyncio.ensure_future(lane(_touch, tmp_path / "last", 0.0))
-        ticks = 0
-        while not first.done():
+        last = asyncio.ensure_future(lane(Path.touch, tmp_path / "last"))
+        for _ in range(20):  # the drawing ends because the loop turns
             await asyncio.sleep(0.01)
-            ticks += 1
+        assert not first.done()
+        (tmp_path / "go").touch()
+        await first
         await last
-        assert ticks > 20  # of 90: the loop turned all the while
         assert await lane(os.getpid) != os.getpid()
 
     asyncio.run(run())
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "last"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "go", "last"]
     drawing.close()
 
 
-def _touch(path: Path, seconds: float) -> None:
-    until = time.perf_counter() + seconds
-    while time.perf_counter() < until:
+def _wait_and_touch(awaited: Path, path: Path) -> None:
+    until = time.monotonic() + 60.0
+    while not awaited.exists() and time.monotonic() < until:
         pass
     path.touch()
 

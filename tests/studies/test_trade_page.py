@@ -36,12 +36,15 @@ def made_up(seeds: int, scatter: float = 1.0) -> xr.Dataset:
             "metrics": {
                 "fully_measured_radius_m": radius, "reach_m": 1.2 * radius, "reach_to_the_end": 0.0,
                 "gross_share": 0.012, "missed_share": 0.3, "height_rmse_m": 0.09, "visible_fraction": 0.6,
+                "half_visible_m": 120.0, "half_visible_vv_m": 104.0, "half_visible_hh_m": 106.0,
             },
             "by_range": {"range_m": ranges.tolist(), "quality": score.tolist(), **some},
             "facts": {"significant_height_m": 1.4},
         }  # fmt: skip
     vary = {"radar.height_m": HEIGHTS, "radar.baseline_m": BASELINES}
-    return trade_table(vary, list(range(seeds)), ends, Criterion(), {"scene": 'name = "<made up>"'})
+    return trade_table(
+        vary, list(range(seeds)), ends, Criterion(), {"scene": 'name = "<made up>"', "polarization": "HH"}
+    )
 
 
 def page(table: xr.Dataset) -> str:
@@ -52,7 +55,8 @@ def test_the_page_begins_with_what_to_choose() -> None:
     text = page(made_up(3))
     first = text.index("Baseline 0.2 m: lowest antenna height within 5% of the best: 8 m (confidence")
     assert first < text.index("<figure")
-    assert text.count("<figure") == 4
+    assert text.count("<figure") == 5
+    assert "half of the sea is visible to the radar in HH to 106 m (to light to 120 m)" in text[: first + 600]
     assert "radar.height_m" not in text[: text.index("<details")]  # a key's name is small print
     assert '<td data-by="8.0">8</td>' in text
     assert "1.2</td>" in text  # per cent of gross errors

@@ -364,6 +364,12 @@ def test_traced_scene_is_a_sionna_scene_of_sea_water_and_two_antennas() -> None:
         assert_allclose(np.array(device.position).ravel(), [0.0, *(side * lean)], rtol=0.0, atol=1e-7)
 
 
+def stored_vertices(parameters: Any) -> NDArray[np.float32]:
+    """(n, 3) of the traced sea; Mitsuba 3.10 calls them positions."""
+    name = "sea.positions" if "sea.positions" in parameters else "sea.vertex_positions"
+    return np.array(parameters[name]).reshape(-1, 3)
+
+
 def test_traced_scene_holds_the_meshs_own_triangles() -> None:
     made = scene("tiny", radar__sector_deg=[260.0, 270.0])
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
@@ -375,7 +381,7 @@ def test_traced_scene_holds_the_meshs_own_triangles() -> None:
     vertices, faces = surface.vertices, surface.faces
     shape = held.objects["sea"].mi_mesh
     assert (shape.vertex_count(), shape.face_count()) == (len(vertices), len(faces))
-    stored = np.array(held.mi_scene_params["sea.vertex_positions"]).reshape(-1, 3)
+    stored = stored_vertices(held.mi_scene_params)
     assert_array_equal(stored, vertices.astype(np.float32))
     assert_array_equal(np.array(held.mi_scene_params["sea.faces"]).reshape(-1, 3), faces)
 
@@ -403,7 +409,7 @@ def test_what_is_traced_each_turn_is_a_trimesh(sector: list[float], monkeypatch:
         for surface, held, sheet in zip(surfaces, scenes, mesh.sheets(), strict=True):
             assert isinstance(surface, trimesh.Trimesh)
             parameters = held.scene.mi_scene_params
-            stored = np.array(parameters["sea.vertex_positions"]).reshape(-1, 3)
+            stored = stored_vertices(parameters)
             assert_array_equal(stored, surface.vertices.astype(np.float32))
             assert_array_equal(np.array(parameters["sea.faces"]).reshape(-1, 3), surface.faces)
             whole = mesh.trimesh(sheet)

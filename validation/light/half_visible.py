@@ -25,7 +25,7 @@ from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.tracing import tracer
-from seamap_rt.tracing.visibility import two_way_power
+from seamap_rt.tracing.visibility import water_powers
 from validation.light.unresolved_profiles import POINTS, STEP_M, Array, Case, both, drawn, wavenumbers
 from validation.light.wave_optics import Profile, surface_field
 from validation.light.wave_shadows import FINE, WAVELENGTH_M, water
@@ -97,13 +97,12 @@ def by_program(x: Array, height: Array, mast: float) -> list[Array]:
     level = np.interp(grid.ground_range, x, height)
     elevation = np.broadcast_to(level, (grid.azimuth.size, level.size))
     mesh = surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))
-    light = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh.levelled)
-    assert light.field is not None
+    light = tracer("horizon", scene.radar, scene.scattering)(mesh.levelled)
     column = grid.columns // 2
     chosen = (light.distance >= NEAR_M) & (light.distance < FAR_M)
     chosen[1::2] = False  # near facets alone: a chain of their own
     permittivity = permittivity_of(scene.scattering, scene.radar.frequency_hz)
-    powers = [two_way_power(light, each, permittivity, WAVELENGTH_M)[column, chosen] for each in ("VV", "HH")]
+    powers = [each[column, chosen] for each in water_powers(mesh, permittivity, WAVELENGTH_M)]
     found = light.distance[chosen], light.visible_to_both[column, chosen], *powers
     return [np.asarray(each, dtype=np.float64) for each in found]
 

@@ -16,6 +16,7 @@ from trimesh import Trimesh
 import seamap_rt as sr
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.simulation import Simulator
+from seamap_rt.tracing.illumination import mitsuba_mesh
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import ShadowRays, shadow_rays
 
@@ -84,17 +85,12 @@ def ratio(one: list[float], other: list[float]) -> float:
 
 
 class Floor:
-    """Mitsuba without this package: a bare scene of triangles, and rays whose arrays the device already has."""
+    """Mitsuba alone: a bare scene of triangles, and rays whose arrays the device already has."""
 
     def __init__(self, surface: Trimesh) -> None:
         self._mi: Any = importlib.import_module("mitsuba")
         self._dr: Any = importlib.import_module("drjit")
-        mi, vertices, faces = self._mi, surface.vertices, surface.faces
-        self._shape = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False)
-        parameters = mi.traverse(self._shape)
-        parameters["vertex_positions"] = mi.Float(vertices.astype(np.float32).ravel())
-        parameters["faces"] = mi.UInt32(faces.astype(np.uint32).ravel())
-        parameters.update()
+        self._shape = mitsuba_mesh("sea", surface)
         self.scene = self.build()
 
     def build(self) -> Any:
