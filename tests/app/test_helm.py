@@ -46,10 +46,10 @@ def test_the_polar_has_north_up_and_each_course_where_it_is() -> None:
     )
     axes = advice_polar(made).axes[0]
     (mesh,) = axes.collections
-    values = np.asarray(mesh.get_array()).reshape(3, 12)
+    values = np.asarray(mesh.get_array(), np.float64).reshape(3, 12)
     assert np.unravel_index(values.argmin(), values.shape) == (2, 3)
     best = axes.lines[1]
-    east_and_up = axes.transData.transform((best.get_xdata()[0], best.get_ydata()[0]))
+    east_and_up = axes.transData.transform(np.asarray(best.get_xydata())[0])
     centre = axes.transData.transform((0.0, 0.0))
     assert east_and_up[0] > centre[0] + 10.0
     assert east_and_up[1] == pytest.approx(centre[1], abs=1.0)
