@@ -33,7 +33,7 @@ def _shortened(text: str, longest: int) -> str:
 class InputError(ValueError):
     """Bad input. `problems` says each thing that is wrong in exactly one line, and the message has no other lines.
 
-    One message is one problem, whatever it holds; several are told together, once each.
+    One message is one problem, whatever it holds; several are raised together, once each.
     """
 
     def __init__(self, message: str, *more: str) -> None:
@@ -54,8 +54,8 @@ def must_be(name: str, value: object, kinds: type | tuple[type, ...], wanted: st
 
 def refuse(problems: Iterable[str]) -> None:
     """Raise InputError with all of the problems, if there are any."""
-    if told := tuple(problems):
-        raise InputError(*told)
+    if messages := tuple(problems):
+        raise InputError(*messages)
 
 
 class SchemaError(ValueError):

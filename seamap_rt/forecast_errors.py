@@ -80,19 +80,19 @@ def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
             inside = (lead >= first) & (lead <= last)
             if not inside.any() or not sigma > 0.0:
                 continue
-            was, told, said = (each[:, inside, place] for each in (truth, mean, std))
+            was, forecast, said = (each[:, inside, place] for each in (truth, mean, std))
             kept_on = mean[:, :1, place] - was
-            both = np.std(was) > 0.0 and np.std(told) > 0.0 and was.size > 2
+            both = np.std(was) > 0.0 and np.std(forecast) > 0.0 and was.size > 2
             rows.append(
                 {
                     "place": int(forecasts["place"][place]),
                     "lead_s": [first, last],
                     "forecasts": int(kept.sum()),
-                    "correlation": float(np.corrcoef(was.ravel(), told.ravel())[0, 1]) if both else None,
-                    "error_share": float(np.sqrt(np.mean((told - was) ** 2))) / sigma,
+                    "correlation": float(np.corrcoef(was.ravel(), forecast.ravel())[0, 1]) if both else None,
+                    "error_share": float(np.sqrt(np.mean((forecast - was) ** 2))) / sigma,
                     "stated_share": float(np.sqrt(np.mean(said**2))) / sigma,
                     "persistence_share": float(np.sqrt(np.mean(kept_on**2))) / sigma,
-                    "within": float(np.mean(np.abs(told - was) < _BAND * said)),
+                    "within": float(np.mean(np.abs(forecast - was) < _BAND * said)),
                     "maximum_prediction_time_s": longest,
                 }
             )

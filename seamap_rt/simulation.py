@@ -45,15 +45,15 @@ _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 @dataclass
 class Stopwatch:
-    """Seconds per named step. told: called with each step's name as it begins."""
+    """Seconds per named step. on_stage: called with each step's name as it begins."""
 
     seconds: dict[str, float] = field(default_factory=dict)
-    told: Callable[[str], object] | None = None
+    on_stage: Callable[[str], object] | None = None
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
-        if self.told is not None:
-            self.told(step)
+        if self.on_stage is not None:
+            self.on_stage(step)
         start = time.perf_counter()
         try:
             yield
@@ -191,12 +191,12 @@ class Simulator:
         """What tracers give, less what the scene has waves hide that the mesh does not carry."""
         return light if self.unresolved is None else self.unresolved.shade(light)
 
-    def turn(self, number: int, told: Callable[[str], object] | None = None) -> Turn:
+    def turn(self, number: int, on_stage: Callable[[str], object] | None = None) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps.
 
-        told: called with the name of each step as it begins.
+        on_stage: called with the name of each step as it begins.
         """
-        scene, installation, clock = self.scene, self.installation, Stopwatch(told=told)
+        scene, installation, clock = self.scene, self.installation, Stopwatch(on_stage=on_stage)
         begun = time.perf_counter()
         fired = pulses(installation, number)
         clock.seconds["calibrate"] = 0.0

@@ -52,10 +52,10 @@ def observed_windows(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
         return None
     forecasts = forecasts.isel(issue=np.flatnonzero(warm(forecasts)))
     chance = forecasts["quiet"].values.astype(np.float64)  # (issue, lead, place)
-    told = np.flatnonzero(np.isfinite(chance).all(axis=(0, 2)))
-    if not told.size:
+    complete = np.flatnonzero(np.isfinite(chance).all(axis=(0, 2)))
+    if not complete.size:
         return None
-    lasts, lead = float(forecasts.attrs["duration_s"]), forecasts["lead"].values[told]
+    lasts, lead = float(forecasts.attrs["duration_s"]), forecasts["lead"].values[complete]
     fine = np.arange(-lasts, lead[-1] + lasts + 0.5 * _FINE_S, _FINE_S)
     places = {name: forecasts[name].variable for name in ("issued", "east", "north")}
     height = np.abs(came(sea, xr.Dataset(places, {"lead": fine}, forecasts.attrs)))
@@ -70,7 +70,7 @@ def observed_windows(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
         return None
     persistence = np.broadcast_to(before, highest.shape)[known]
     quiet = highest[known] < float(forecasts.attrs["limit_elevation"])
-    return Windows(chance[:, told][known], quiet, {"persistence": persistence})
+    return Windows(chance[:, complete][known], quiet, {"persistence": persistence})
 
 
 def hits_and_alarms(score: Array, quiet: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -122,5 +122,5 @@ def judge_windows(windows: Windows, confidence: float) -> dict[str, Any]:
         "brier": float(np.mean((windows.chance - windows.quiet) ** 2)),
         "climatology_brier": share * (1.0 - share),
     }
-    told = {name: value if np.isfinite(value) else None for name, value in values.items()}
-    return {"windows": int(windows.quiet.size), "called": int(called.sum()), "confidence": confidence} | told
+    scores = {name: value if np.isfinite(value) else None for name, value in values.items()}
+    return {"windows": int(windows.quiet.size), "called": int(called.sum()), "confidence": confidence} | scores

@@ -10,7 +10,8 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from . import jobs
+from ..report.headline import worth_in_words
+from . import drawing
 from .draft import MOST_TOML, Draft
 from .form import Form
 from .safety import safe_name
@@ -208,8 +209,8 @@ class DesignView:
 def _about(draft: Draft, title: str) -> str:
     """A run in a line: its scene and what was changed of it."""
     changed: dict[str, Any] = draft.changed
-    told = ", ".join(f"{key} = {value}" for key, value in list(changed.items())[:4])
-    return f"{title} ({told})" if told else title
+    changes = ", ".join(f"{key} = {value}" for key, value in list(changed.items())[:4])
+    return f"{title} ({changes})" if changes else title
 
 
 _FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
@@ -237,7 +238,7 @@ class ProspectsView:
             self.refuse("This design is refused: mend what is marked, and its consequences follow.")
 
     def refuse(self, words: str) -> None:
-        """A design that stands, and of which nothing can be told."""
+        """A design that stands, and without an estimate."""
         self._said.set_text(words)
         for each in self._places:
             each.classes(add="opacity-50")
@@ -263,7 +264,7 @@ class ProspectsView:
         async def drawn() -> None:
             from .prospects import design_images
 
-            self._graphs.show(await jobs.quick(design_images, found, beside, scene, self.page.dark))
+            self._graphs.show(await drawing.quick(design_images, found, beside, scene, self.page.dark))
 
         await self._easel.show("drawing the graphs …", drawn())
 
@@ -303,17 +304,17 @@ class _Tile:
 
 def _sentence(found: Prospects, scene: Scene) -> str:
     """What a boss reads."""
-    told = found.values
-    if not scene.sea.waves or told["hs"] <= 0.0:
+    values = found.values
+    if not scene.sea.waves or values["hs"] <= 0.0:
         return "A flat sea: nothing hides, and nothing is there to be measured."
-    if "reach" not in told:
-        return found.why_not or "Nothing is told of this design before it is run."
-    if told["reach"] <= 0.0:
+    if "reach" not in values:
+        return found.why_not or "Nothing is known of this design before it is run."
+    if values["reach"] <= 0.0:
         return "This radar would hardly measure this sea: its heights are no better than the mean level at any range."
     more = "more than " if found.ahead is not None and found.ahead.figures["reach_to_the_end"] else ""
     left = found.ahead.left_out if found.ahead is not None else ""
-    error = f", their height to about ± {100.0 * told['error']:.0f} cm" if told.get("error", 0.0) > 0.0 else ""
+    error = f", their height to about ± {100.0 * values['error']:.0f} cm" if values.get("error", 0.0) > 0.0 else ""
     return (
-        f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
-        f"{told['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
+        f"Likely to measure waves out to {more}{values['reach']:.0f} m{error}: {worth_in_words(values['radius'])}."
+        + (f" Not counted: {left}." if left else "")
     )

@@ -140,9 +140,9 @@ def _field(path: str, key: Schema, required: bool) -> Field:
         kind = "text"
     default = key.get("default")
     unit = shown_unit(path, key.get("unit"))
-    told = "needed" if required else (key.get("left_out", "") if default is None else shown_value(path, default))
+    placeholder = "needed" if required else (key.get("left_out", "") if default is None else shown_value(path, default))
     optional = not required and default is None
-    return Field(path, kind, label_of(path), unit, choices, told, optional, _help(path, key, kind))
+    return Field(path, kind, label_of(path), unit, choices, placeholder, optional, _help(path, key, kind))
 
 
 def _help(path: str, key: Schema, kind: str) -> str:

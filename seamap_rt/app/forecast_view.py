@@ -27,12 +27,12 @@ from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_pi
 from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
-from . import jobs
+from . import drawing
 from .widgets import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
-    from .results import Source
     from .see_view import SeeView
+    from .source import Source
 
 
 _MOST_KEPT = 8
@@ -43,12 +43,12 @@ _KEPT: OrderedDict[tuple[str, int], asyncio.Future[Verification]] = OrderedDict(
 class Verification:
     """Forecasts at the boat beside the sea that came (without a field), and their quiet windows beside those that came.
 
-    told: as metrics.json has the windows.
+    scores: as metrics.json has the windows.
     """
 
     verified: Verified
     windows: Windows | None
-    told: dict[str, Any]
+    scores: dict[str, Any]
 
     def at(self, turn: int) -> int | None:
         """Of the issues, the place of the last one up to a turn by its number from 0."""
@@ -63,10 +63,10 @@ class Verification:
         if self.windows is None or not row.size:
             return None
         found = np.full(forecasts.sizes["lead"], np.nan)
-        told = np.isfinite(forecasts["quiet"].values[judged]).all(axis=(0, 2))
-        if self.windows.quiet.size != judged.size * told.sum():  # some lie beyond a record
+        complete = np.isfinite(forecasts["quiet"].values[judged]).all(axis=(0, 2))
+        if self.windows.quiet.size != judged.size * complete.sum():  # some lie beyond a record
             return None
-        found[told] = self.windows.quiet.reshape(judged.size, -1)[row[0]]
+        found[complete] = self.windows.quiet.reshape(judged.size, -1)[row[0]]
         return found
 
 
@@ -79,7 +79,7 @@ async def verify_forecasts(folder: Path) -> Verification:
     if key is None:
         raise InputError("no finished forecasts are here")
     if key not in _KEPT or (_KEPT[key].done() and known_verification(folder) is None):
-        _KEPT[key] = asyncio.ensure_future(jobs.alone(verify_folder, folder))
+        _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return await asyncio.shield(_KEPT[key])
@@ -119,8 +119,8 @@ def verify_folder(folder: Path) -> Verification:
         raise InputError("no turn showed a sea, so that nothing was forecast")
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
-    told = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Verification(Verified(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, told)
+    scores = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
+    return Verification(Verified(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, scores)
 
 
 _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
@@ -144,34 +144,34 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
                 found[name] = np.asarray(file.array(name)[at])
         return int(issues[at]), found
 
-    told = read_whole_turns(path, read)
-    return None if told is None else _ahead(*told, quiet)
+    whole = read_whole_turns(path, read)
+    return None if whole is None else _ahead(*whole, quiet)
 
 
-def _ahead(issue: int, told: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:
-    lead = told["lead"].astype(float)
+def _ahead(issue: int, arrays: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:
+    lead = arrays["lead"].astype(float)
     return Ahead(
         issue=issue,
         lead_s=lead,
-        elevation_m=told["elevation"][:, 0],
-        std_m=told["elevation_std"][:, 0],
-        chance=told["quiet"][:, 0] if "quiet" in told else np.full(lead.size, np.nan),
+        elevation_m=arrays["elevation"][:, 0],
+        std_m=arrays["elevation_std"][:, 0],
+        chance=arrays["quiet"][:, 0] if "quiet" in arrays else np.full(lead.size, np.nan),
         limits=_limits_in_words(quiet),
         level_m=quiet.elevation_m,
         duration_s=quiet.duration_s,
         confidence=quiet.confidence,
-        longest_s=float(told["maximum_prediction_time"][0]) if "maximum_prediction_time" in told else None,
+        longest_s=float(arrays["maximum_prediction_time"][0]) if "maximum_prediction_time" in arrays else None,
     )
 
 
 def _limits_in_words(quiet: QuietSettings) -> str:
     """Those that are asked for, as in "water height below 0.5 m"."""
-    told = []
+    limits = []
     for name in ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg"):
         words, value = words_of(f"prediction.quiet.{name}"), getattr(quiet, name)
         if value is not None:
-            told.append(f"{words.name.replace('stays below', 'below')} {value:g} {words.unit}")
-    return ", ".join(told)
+            limits.append(f"{words.name.replace('stays below', 'below')} {value:g} {words.unit}")
+    return ", ".join(limits)
 
 
 class ForecastView(NamedTuple):
@@ -198,7 +198,7 @@ def view_forecast(
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
-    windows = [] if came.windows is None else [window_picture(came.windows, came.told["confidence"])]
+    windows = [] if came.windows is None else [window_picture(came.windows, came.scores["confidence"])]
     return ForecastView(
         _words(ahead),
         draw_images([ahead_picture(ahead, *beside)], dark),
@@ -247,22 +247,22 @@ class ForecastPanel:
         if came is not None:
             self._fill_leads(came)
         lead = int(self._lead.value or 0)
-        told = await jobs.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
-        self._past.set_visibility(told is not None)
-        if told is None:
+        shown = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
+        self._past.set_visibility(shown is not None)
+        if shown is None:
             self._words.set_text(
                 "This run made no forecast yet. Tick “forecast too” beside Run; the first comes when maps show a sea."
             )
             self._ahead.show([])
             return False
-        self._words.set_text(told.words)
-        self._ahead.show(told.ahead)
+        self._words.set_text(shown.words)
+        self._ahead.show(shown.ahead)
         self._body.set_visibility(came is not None)
         if came is not None:
             self._said.set_text(_in_words(came, lead))
-            self._called.set_text(_windows_in_words(came.told) if came.told else "")
-            self._errors.show(told.errors)
-            self._windows.show(told.windows)
+            self._called.set_text(_windows_in_words(came.scores) if came.scores else "")
+            self._errors.show(shown.errors)
+            self._windows.show(shown.windows)
         return True
 
     async def _ask(self, source: Source) -> Verification | None:
@@ -314,26 +314,28 @@ def _words(ahead: Ahead) -> str:
 
 def _in_words(came: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
-    forecasts, told = came.verified.forecasts, by_lead(came.verified)
+    forecasts, errors = came.verified.forecasts, by_lead(came.verified)
     judged = warm(forecasts)
     mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
     error = mean - came.verified.truth[judged, lead, 0]
     words = (
         f"Of {int(judged.sum())} forecasts, {float(forecasts['lead'][lead]):g} s ahead: error "
-        f"{written(float(np.sqrt(np.mean(error**2))), 2)} m rms ({told['found'][lead]:.2f} of the sea's standard "
+        f"{written(float(np.sqrt(np.mean(error**2))), 2)} m rms ({errors['found'][lead]:.2f} of the sea's standard "
         f"deviation), {np.mean(np.abs(error) < 1.96 * std):.0%} within the stated band"
     )
-    correlation = told["correlation"][lead]
+    correlation = errors["correlation"][lead]
     return words + (f", correlation {correlation:.2f}." if np.isfinite(correlation) else ".")
 
 
-def _windows_in_words(told: dict[str, Any]) -> str:
+def _windows_in_words(scores: dict[str, Any]) -> str:
     """What was called, and what came of it."""
-    words = f"Of {told['windows']} windows {told['quiet_share']:.0%} were quiet. "
-    if told["right"] is None:
-        return f"{words}None was called: none was {told['confidence']:.0%} sure."
-    found = "" if told["found"] is None else f"; of the quiet ones {told['found']:.0%} were called"
-    return f"{words}{told['called']} were called at {told['confidence']:.0%}: {told['right']:.0%} of them quiet{found}."
+    words = f"Of {scores['windows']} windows {scores['quiet_share']:.0%} were quiet. "
+    if scores["right"] is None:
+        return f"{words}None was called: none was {scores['confidence']:.0%} sure."
+    found = "" if scores["found"] is None else f"; of the quiet ones {scores['found']:.0%} were called"
+    return f"{words}{scores['called']} were called at {scores['confidence']:.0%}: " + (
+        f"{scores['right']:.0%} of them quiet{found}."
+    )
 
 
 class IssuesPanel:

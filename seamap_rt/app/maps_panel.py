@@ -55,8 +55,8 @@ class MapsPanel:
         for image, source in zip(self.plot.figure["layout"]["images"], shown.pictures, strict=True):  # type: ignore[index]
             image["source"] = source
         if self._drawn:
-            told = {f"images[{i}].source": source for i, source in enumerate(shown.pictures)}
-            self.plot.run_plot_method("relayout", told)
+            sources = {f"images[{i}].source": source for i, source in enumerate(shown.pictures)}
+            self.plot.run_plot_method("relayout", sources)
         else:
             self.plot.update()
 
@@ -178,14 +178,14 @@ class MapsPanel:
     def _hover(self, event: events.GenericEventArguments) -> None:
         place = self._place(event)
         if place is not None:
-            self.readout.set_text(self.told(*place))
+            self.readout.set_text(self.describe(*place))
 
     def _click(self, event: events.GenericEventArguments) -> None:
         place = self._place(event)
         if place is not None:
             self._picked(*place)
 
-    def told(self, east: float, north: float) -> str:
+    def describe(self, east: float, north: float) -> str:
         """The values at a place, in words."""
         raster = self._raster
         if raster is None:

@@ -1,16 +1,12 @@
-"""Parts of See: the section along a look; the report's figures of errors by range, of the sea state, of wave gauges; a
-shadowing study, and the sea on file in its pictures.
-
-Spectra of maps and of the true sea in the same cells come through one estimator: what the retrieval's cells blur is
-taken back of the maps; the true sea is the plain mean over the cells.
-"""
+"""Parts of See: the section along a look; the report's figures of errors by range and of wave gauges; a shadowing
+study, and the sea on file in its pictures."""
 
 from __future__ import annotations
 
 import asyncio
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +17,7 @@ from nicegui import ui
 from numpy.typing import NDArray
 
 from ..conventions import turn_name
-from ..errors import InputError, SchemaError
+from ..errors import InputError
 from ..gauges import judge_one
 from ..io.opening import load, open_dataset, open_file
 from ..io.text import csv_text
@@ -31,13 +27,12 @@ from ..report import curves, style
 from ..report import maps as report_maps
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
-from ..report.spectrum_figures import Density, map_spectra_picture, wave_height_pictures
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from ..wavefield.sea_state import TurnSpectrum, water_of
-from . import figures, jobs
+from . import drawing, figures
 from .figures import Figure
-from .results import Results, Section, Source
+from .results import Results
 from .runs import address
+from .source import Section, Source
 from .widgets import Image, Images, choice, draw_images, number, slider, tile
 
 if TYPE_CHECKING:
@@ -46,112 +41,6 @@ if TYPE_CHECKING:
 
 
 Array = NDArray[np.float64]
-
-MOST_TURNS = 6  # whose spectra are averaged: one turn's is ragged
-_LEAST_SPAN = 80.0  # degrees of looks, as for the sea state: fewer do not tell directions
-LEAST_TRANSFER = 0.25  # of the variance, that cells keep: shorter waves the sea state leaves out as well
-_SECTOR_DEG, _LEAST_STEP_HZ = 15.0, 0.015
-_FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share")
-
-
-@dataclass(frozen=True)
-class MapSpectra:
-    """By the maps, and by the true sea in their cells where there is one; of how many turns up to the one shown. why:
-    what is missing, in words."""
-
-    retrieved: Density | None
-    true: Density | None
-    turns: int
-    why: str
-
-
-def map_spectra(source: Source, turn: int) -> MapSpectra:
-    """Of the last turns up to one, by its place. OSError where a turn is not there."""
-    results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
-    attributes = results.attributes("maps/polar" if results.has_maps else "truth/polar")
-    told = {
-        true: _mean([_polar(source, each, attributes, true=true) for each in turns], as_it_is=true) if there else None
-        for true, there in ((False, results.has_maps), (True, results.has_truth))
-    }
-    retrieved, true = told[False], told[True]
-    why, shown = "", retrieved if results.has_maps else true
-    if shown is None:
-        why = "Too little of the sea is in sight for a spectrum."
-    elif shown.directional is None:
-        why = (
-            f"The looks span less than {_LEAST_SPAN:.0f}°, or nothing tells which way the waves run: directions are "
-            "left out."
-        )
-    return MapSpectra(retrieved, true, len(turns), why)
-
-
-def _polar(source: Source, turn: int, attributes: dict[str, Any], *, true: bool) -> xr.Dataset:
-    """What the estimator reads of a turn: as retrieved, or the true heights of all cells."""
-    field, shape = source.results.field, (source.layout.azimuth.size, source.layout.range.size)
-    tree = "maps" if source.results.has_maps else "truth"
-    names = [name for name in _FIELDS if source.results.has(f"{tree}/polar/{name}")]
-    fields: dict[str, Any] = {name: field(f"{tree}/polar/{name}", turn) for name in names}
-    if true:
-        fields.pop("visible_share", None)
-        fields["height"] = field("truth/polar/height", turn)
-        fields["ground_range"] = np.broadcast_to(source.ground_m, shape)
-        fields["height_std"] = np.full(shape, 1e-3)
-        fields["quality"] = np.zeros(shape)
-    variables: dict[str, Any] = {name: (("azimuth", "range"), values) for name, values in fields.items()}
-    variables["quality"] = ("azimuth", "range"), np.nan_to_num(fields["quality"]).astype(np.int16)
-    variables["time"] = ("azimuth",), np.asarray(field(f"{tree}/polar/time", turn), dtype=np.float64)
-    coordinates = {"azimuth": source.layout.azimuth, "range": source.layout.range}
-    return xr.Dataset(variables, coordinates, attributes)
-
-
-def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None:
-    """Of those turns that show a sea. as_it_is: without taking back what a retrieval's cells blur."""
-    water = water_of(polars[0].attrs)
-    found = [each for each in (TurnSpectrum.of(polar, water) for polar in polars) if each is not None]
-    if not found:
-        return None
-    if as_it_is:
-        found = [replace(each, spectrum=each.spectrum.corrected(1.0 / each.transfer, 0.0)) for each in found]
-    first = found[0].spectrum
-    frequency = first.ring_frequency
-    told = [_on_rings(each, frequency) for each in found]
-    step = max(_LEAST_STEP_HZ, float(np.median(np.diff(frequency))))
-    edges = np.arange(0.0, frequency[-1] + step, step)
-    directed = [each for each in found if each.way_known and each.polar_map.span > _LEAST_SPAN]
-    directional = np.mean([_by_direction(each, edges) for each in directed], axis=0) if directed else None
-    return Density(
-        frequency,
-        np.mean(told, axis=0),
-        0.5 * (edges[1:] + edges[:-1]),
-        np.arange(0.5 * _SECTOR_DEG, 360.0, _SECTOR_DEG),
-        directional,
-    )
-
-
-def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
-    """Density [m²/Hz] at the frequencies of the first turn's rings, which hardly differ from turn to turn; NaN of waves
-    too short for the cells."""
-    own = turn.spectrum.ring_frequency
-    told = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
-    return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, told, np.nan)
-
-
-def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:
-    """Density [m²/Hz/°] (f, d): the modes' power, gathered; what lies below the floor is 0."""
-    spectrum = turn.spectrum
-    frequency = spectrum.water.frequency(spectrum.wavenumber) / (2.0 * np.pi)
-    comes_from = (np.degrees(spectrum.toward) + 180.0) % 360.0
-    sectors = np.arange(0.0, 360.0 + _SECTOR_DEG, _SECTOR_DEG)
-    power = np.histogram2d(frequency, comes_from, (edges, sectors), weights=spectrum.power)[0]
-    return np.maximum(power, 0.0) / (_modes_a_wave(turn) * np.diff(edges)[:, None] * _SECTOR_DEG)
-
-
-def _modes_a_wave(turn: TurnSpectrum) -> float:
-    """How many modes of the lattice, which is finer than a sea of area A asks, hold one wave: (2π/Δk)²/A."""
-    polar_map, bins = turn.polar_map, turn.bins
-    inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
-    step = float(np.median(np.diff(turn.spectrum.ring_wavenumber)))  # rings are one step wide
-    return (2.0 * np.pi / step) ** 2 / float(polar_map.cells(inside).weight.sum())
 
 
 _MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
@@ -170,7 +59,7 @@ class SectionPanel:
         self.plot.mark("section")
 
     async def show(self, source: Source, turn: int) -> None:
-        made = await jobs.quick(section_of, source, self.view.azimuth, turn, self.view.page.dark)
+        made = await drawing.quick(section_of, source, self.view.azimuth, turn, self.view.page.dark)
         self.plot.update_figure(made)
 
 
@@ -222,7 +111,7 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     return figures.figure(data, look, figures.CONFIG)
 
 
-class Told(NamedTuple):
+class Content(NamedTuple):
     """What a view says: a line, images, figures under their words, and of which things which one was chosen."""
 
     words: str
@@ -233,10 +122,10 @@ class Told(NamedTuple):
 
 
 class FiguresPanel:
-    """Figures of the report. draw: gives `Told` of a source and a turn, or of a folder, with what is chosen and whether
-    the page is dark. label: of the choice."""
+    """Figures of the report. draw: gives `Content` of a source and a turn, or of a folder, with what is chosen and
+    whether the page is dark. label: of the choice."""
 
-    def __init__(self, view: SeeView, draw: Callable[..., Told], label: str = "") -> None:
+    def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
         self._view, self._draw, self._filling = view, draw, False
         self._of: tuple[Any, ...] = ()
         self._said = ui.label().props("role=status").mark("view-words")
@@ -248,16 +137,16 @@ class FiguresPanel:
     async def show(self, *of: Any) -> None:
         """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
         self._of = of
-        told = await jobs.slow(self._draw, *of, self._choice.value, self._view.page.dark)
-        self._said.set_text(told.words)
+        drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
+        self._said.set_text(drawn.words)
         self._filling = True
-        self._choice.set_options(dict(told.choices), value=told.chosen)
+        self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
         self._filling = False
-        self._choice.set_visibility(bool(told.choices))
-        self._images.show(told.images)
+        self._choice.set_visibility(bool(drawn.choices))
+        self._images.show(drawn.images)
         self._tiles.clear()
         with self._tiles:
-            for words, figure in told.figures:
+            for words, figure in drawn.figures:
                 with tile(words)[1]:
                     ui.label(figure).classes("font-bold figure-value")
 
@@ -272,12 +161,12 @@ class FiguresPanel:
             self._view.redraw()
 
 
-def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Told:
+def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return Told("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
+    return Content("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
 
 
-def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
+def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
     """Of one run, beside what its design was likely to do, or of several by name."""
     floors, laws = [], []
     if law is not None:
@@ -291,71 +180,22 @@ def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = N
         "Height error against range",
         "Graphs of height error, what is stated of it, and bias against ground range.",
         "Of cells more than half in sight, in bins of 10 m.",
-        lambda: curves.draw_errors(told, floors, "Ground range (m)"),
+        lambda: curves.draw_errors(by_range, floors, "Ground range (m)"),
     )
     shares = Picture(
         "share_by_range",
         "Share of the sea in sight",
         "Share of the sea in sight of both antennas and of cells with a height against ground range.",
         "Smith, Wagner: closed forms for a sea of normally distributed slopes." if laws else "",
-        lambda: curves.draw_shares([*laws, *curves.run_shares(told)]),
+        lambda: curves.draw_shares([*laws, *curves.run_shares(by_range)]),
     )
-    known = any(np.isfinite(value).any() for each in told.values() for value in (each.rms, each.stated))
+    known = any(np.isfinite(value).any() for each in by_range.values() for value in (each.rms, each.stated))
     return [errors, shares] if known else [shares]
-
-
-class StatePanel:
-    """The sea state by the maps, and their spectrum."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        self._words = ui.label().mark("sea-state")
-        self._images = Images()
-        ui.label("Wave spectrum").classes("text-base font-bold")
-        self._said = ui.label().classes("text-sm").props("role=status").mark("spectrum-words")
-        self._spectra = Images()
-
-    async def show(self, source: Source, turn: int) -> None:
-        metrics = await asyncio.to_thread(source.results.metrics)
-        known = bool((metrics.get("sea_state") or {}).get("significant_wave_height"))
-        self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _why_no_state(source))
-        self._words.classes(replace="font-bold" if known else "text-sm")
-        try:
-            heights, said, spectra = await jobs.slow(state_of, source, turn, self.view.page.dark)
-        except (SchemaError, KeyError, ValueError) as error:  # maps of another program
-            heights, said, spectra = [], f"No spectrum: {error}", []
-        self._images.show(heights)
-        self._said.set_text(said)
-        self._said.set_visibility(bool(said))
-        self._spectra.show(spectra)
-
-
-def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, list[Image]]:
-    """The wave height turn by turn; of the spectra of the turns up to one what is missing, and their figure."""
-    heights, found = draw_images(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
-    if found.retrieved is None and found.true is None:
-        return heights, found.why, []
-    law = source.expected()
-    of_scene = None
-    if law is not None and law.spectrum.density.any():
-        step = 360.0 / law.spectrum.direction.size
-        of_scene = law.spectrum.frequency, law.spectrum.density.sum(axis=1) * step
-    turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
-    words = f"Of {turns}, in the frame of the water."
-    return heights, found.why, draw_images([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
-
-
-def _why_no_state(source: Source) -> str:
-    if not source.results.has_maps:
-        return "Nothing was retrieved of these echoes yet: press Retrieve beside them in Runs."
-    if source.results.growing or source.scene is not None:
-        return "The wave height, turn by turn, is worked out when a run has ended."
-    return "The wave height of these echoes stands in their own page: Download, retrieval.html."
 
 
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
-    section, told = source.section(azimuth_deg, index), source.by_range(index)
+    section, by_range = source.section(azimuth_deg, index), source.by_range(index)
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     return csv_text([
         [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
@@ -364,7 +204,7 @@ def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
         [],
         ["errors by ground range, cells more than half visible"],
         ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
-        *_rows((told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered)),
+        *_rows((by_range.centre_m, by_range.rms, by_range.bias, by_range.stated, by_range.visible, by_range.answered)),
     ])  # fmt: skip
 
 
@@ -422,10 +262,10 @@ def _read(file: GrowingFile) -> xr.Dataset:
     return xr.Dataset(variables, coordinates)
 
 
-def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Told:
+def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Content:
     """What there is up to a turn of the gauge that is chosen, else of the first."""
     if not has_gauges(source.results):
-        return Told(
+        return Content(
             "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it stands, "
             "and run the design: its record of the surface is held against the map there."
         )
@@ -440,7 +280,7 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Tol
     for key, words, unit, digits in _FIGURES:
         value = float(judged[key]) * (100.0 if unit == "%" else 1.0)
         figures.append((words, f"{number(value, digits)} {unit}".strip()))
-    return Told(
+    return Content(
         place, draw_images([replace(picture, name="gauge")], dark), figures, {each: each for each in names}, name
     )
 
@@ -461,7 +301,7 @@ def read_shadowing(folder: Path) -> xr.Dataset:
         return load(opened, path.name, path)
 
 
-def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
+def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Content:
     """A study in words, and its figure for a look. OSError, KeyError where there is none."""
     data, look = read_shadowing(folder), chosen or "all looks"
     picture = Picture(
@@ -472,12 +312,12 @@ def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Told:
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return Told(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
+    return Content(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:
     """Where half of the sea is hidden, mast by mast."""
-    told = []
+    parts = []
     for height in data["height"].values:
         mast = data.sel(height=height, look=look)
         half, smith = float(mast["look_r50"]), float(mast["look_r50_smith"]) if "look_r50_smith" in mast else np.nan
@@ -489,9 +329,9 @@ def in_words(data: xr.Dataset, look: str) -> str:
                 (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
             ] + beside
         known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
-        told.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
+        parts.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
-    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(told)}.{level}"
+    return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(parts)}.{level}"
 
 
 RangePanel = partial(FiguresPanel, draw=view_by_range)

@@ -142,7 +142,7 @@ def _figures(
 ) -> Figures:
     if ahead is not None and ahead.figures["reach_m"] is not None:
         yield "reach", "Measures waves out to", float(ahead.figures["reach_m"]), "m", 0, 1
-        yield "radius", "As a perfect map of radius", float(ahead.figures["fully_measured_radius_m"]), "m", 0, 1
+        yield "radius", "Fully measured radius", float(ahead.figures["fully_measured_radius_m"]), "m", 0, 1
         inner = (ahead.range >= 50.0) & (ahead.range <= 200.0)
         if inner.any():
             weight = np.nan_to_num((ahead.profile["seen_fraction"] * ahead.profile["answered_fraction"])[inner])
@@ -224,8 +224,8 @@ def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark
         Picture(name, title, f"{title}, as a graph.", "", lambda graph=graph: draw_graph(graph, _WIDE, _HIGH))
         for name, title, graph in _graphs(found, beside, scene)
     ]
-    title, told = "Waves by frequency and the direction they come from", found.spectrum
-    rose = lambda: draw_rose(told.frequency, told.direction, told.density, told.lines, _WIDE)  # noqa: E731
+    title, spectrum = "Waves by frequency and the direction they come from", found.spectrum
+    rose = lambda: draw_rose(spectrum.frequency, spectrum.direction, spectrum.density, spectrum.lines, _WIDE)  # noqa: E731
     pictures.append(Picture("spectrum", title, f"{title}, over the compass.", "", rose))
     return [each.image(dark) for each in pictures]
 

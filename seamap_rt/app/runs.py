@@ -155,7 +155,7 @@ def address(run: str, name: str) -> str:
 
 
 def products_of(folder) -> list[str]:
-    """What of a folder may be downloaded."""
+    """The files of a folder that may be downloaded."""
     return [name for name in PRODUCTS if (folder / name).is_file()]
 
 

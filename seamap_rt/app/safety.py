@@ -66,11 +66,11 @@ class Gate:
 
     def _knows(self, cookies: str, query: bytes) -> bool:
         pairs = (each.strip().partition("=") for each in cookies.split(";"))
-        told = [
+        tokens = [
             *parse_qs(query.decode("latin-1")).get("token", []),
             *(v for name, _, v in pairs if name == self.cookie),
         ]
-        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in told)
+        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in tokens)
 
 
 @dataclass
@@ -213,7 +213,7 @@ class Roots:
 
 
 def is_text(name: str) -> bool:
-    """False for a name with letters that do not print, or in bytes that are no text: no browser can be told it."""
+    """False for a name with letters that do not print, or in bytes that are no text: no browser can be given it."""
     return not _NO_TEXT.search(name)
 
 

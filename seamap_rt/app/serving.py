@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from . import jobs
+from . import drawing
 from .safety import COOKIE, Gate, Guard, new_token
 
 INTERRUPTED = 130
 _LONGEST_END_S = 20.0
 
 
-def serve(runs: Path, *, port: int, host: str, browser: bool, told: Callable[[str], None]) -> None:
+def serve(runs: Path, *, port: int, host: str, browser: bool, announce: Callable[[str], None]) -> None:
     """Serve the page until Ctrl-C or SIGTERM.
 
-    runs: folder of the runs, made if it is not there. port: 0 takes a free one. told: is given the address.
+    runs: folder of the runs, made if it is not there. port: 0 takes a free one. announce: is given the address.
     Raises InputError for a port or a host that cannot be listened on, and for a folder that cannot be made.
     """
     try:
@@ -39,8 +39,8 @@ def serve(runs: Path, *, port: int, host: str, browser: bool, told: Callable[[st
     name = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
     address = f"http://{f'[{name}]' if ':' in name else name}:{number}/?token={token}"
     server = _server(runs, gate)
-    told(f"the page: {address}")
-    told(f"runs are kept in {runs}; Ctrl-C ends the page, and its runs keep their whole turns")
+    announce(f"the page: {address}")
+    announce(f"runs are kept in {runs}; Ctrl-C ends the page, and its runs keep their whole turns")
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         webbrowser.open(address)
     server.run(sockets=[listening])
@@ -85,7 +85,7 @@ def _close(server: Any) -> None:
     last = threading.Timer(_LONGEST_END_S, os._exit, (INTERRUPTED,))
     last.daemon = True
     last.start()
-    jobs.close()
+    drawing.close()
     server.queue.close()
 
 

@@ -61,10 +61,16 @@ def read_points(folder: Path) -> list[Point]:
         if number >= _MOST_FILES:
             break
         try:
-            told = read_json(path, below=folder)
-            metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
+            content = read_json(path, below=folder)
+            metrics = {k: float(v) for k, v in (content.get("metrics") or {}).items() if isinstance(v, int | float)}
             found.append(
-                Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)
+                Point(
+                    dict(content["keys"]),
+                    int(content["seed"]),
+                    str(content["status"]),
+                    str(content.get("reason", "")),
+                    metrics,
+                )
             )
         except (OSError, ValueError, TypeError, KeyError, AttributeError):
             continue
@@ -151,8 +157,8 @@ def place_of(value: Any) -> Any:
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
     """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
     try:
-        told: Any = read_json(folder / MANIFEST, below=folder)
-        tree = tomllib.loads(str(told["scene"]))
+        manifest: Any = read_json(folder / MANIFEST, below=folder)
+        tree = tomllib.loads(str(manifest["scene"]))
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{folder.name}: its {MANIFEST} cannot be read; the point cannot be run again") from None
     whole = apply_overrides(tree, {**point.keys, "seed": point.seed})
@@ -168,8 +174,10 @@ def folder_of_point(trade: str, point: Point) -> str:
 
 def words_of_point(point: Point) -> str:
     """A point in words: its values with their units, and its seed."""
-    told = ", ".join(f"{words_of(key).name} {value} {words_of(key).unit}".strip() for key, value in point.keys.items())
-    return f"{told}, seed {point.seed}"
+    values = ", ".join(
+        f"{words_of(key).name} {value} {words_of(key).unit}".strip() for key, value in point.keys.items()
+    )
+    return f"{values}, seed {point.seed}"
 
 
 _LOOK_S = 1.0
@@ -311,8 +319,8 @@ class TradeView:
         self._plot.set_visibility(made is not None)
         if made is not None:
             self._plot.update_figure(made)
-        told = await asyncio.to_thread(advice, folder)
-        self._note.set_text(" ".join([told + "." if told else "", _words(points)]).strip())
+        text = await asyncio.to_thread(advice, folder)
+        self._note.set_text(" ".join([text + "." if text else "", _words(points)]).strip())
         self._fill_points()
         self._menu.clear()
         with self._menu:
@@ -394,5 +402,5 @@ class TradeView:
 def _words(points: list[Point]) -> str:
     done = sum(each.status == "done" for each in points)
     refused = next((each.reason for each in points if each.status != "done"), "")
-    told = f"{done} points are there. Click one, or choose it below, to see its maps or take its values."
-    return told + (f" {len(points) - done} came to nothing, as: {refused}" if refused else "")
+    text = f"{done} points are there. Click one, or choose it below, to see its maps or take its values."
+    return text + (f" {len(points) - done} came to nothing, as: {refused}" if refused else "")

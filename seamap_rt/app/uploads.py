@@ -80,8 +80,8 @@ def kind_of_field(key: str) -> str | None:
 
 def check_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
     """As `check`, in a process of its own."""
-    told = [f"{array}={name}" for array, name in names.items()]
-    run_apart("seamap_rt.app.uploads", kind, str(path), *told, longest_s=_LONGEST_S)
+    arguments = [f"{array}={name}" for array, name in names.items()]
+    run_apart("seamap_rt.app.uploads", kind, str(path), *arguments, longest_s=_LONGEST_S)
 
 
 def save_upload(
@@ -137,7 +137,7 @@ def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
 
 
 def list_uploads(roots: Roots, kind: str) -> list[Path]:
-    """What of a kind's endings lies among the uploads, by name."""
+    """Uploads with a kind's endings, by name."""
     if not roots.uploads.is_dir():
         return []
     there = (each for each in roots.uploads.iterdir() if is_text(each.name))
@@ -322,13 +322,13 @@ class RecordingsPanel:
         """InputError for what is no name of an array."""
         from ..io.recorded import ARRAYS
 
-        told: dict[str, str] = {}
+        chosen: dict[str, str] = {}
         for each in filter(None, (part.strip() for part in (self._names.value or "").split(","))):
             array, equals, name = (part.strip() for part in each.partition("="))
             if array not in ARRAYS or not equals or not name:
                 raise InputError(f"{each}: must be ARRAY=NAME, where ARRAY is one of {', '.join(ARRAYS)}")
-            told[array] = name
-        return told
+            chosen[array] = name
+        return chosen
 
     def _retrieve(self) -> None:
         """Queue it, and go where it is seen."""
@@ -365,8 +365,8 @@ def header_to_fill_in() -> str:
         key = schema["properties"][name]
         unit, left = key.get("unit") or "", key.get("left_out")
         if "description" in key:
-            told = f"{key['description']}{f' [{unit}]' if unit not in ('', '1') else ''}"
-            lines.append(f"# {told}{f' Left out: {left}.' if left else ''}")
+            comment = f"{key['description']}{f' [{unit}]' if unit not in ('', '1') else ''}"
+            lines.append(f"# {comment}{f' Left out: {left}.' if left else ''}")
         lines.append(f"{'' if name in needed else '# '}{name} = ")
     return "\n".join(lines) + "\n"
 

@@ -73,7 +73,7 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
 
 
 def _answer_to(error: Exception, stops: Stops) -> int:
-    """The exit code of what is no lack of memory, told."""
+    """Print what is no lack of memory; its exit code."""
     try:
         raise error
     except InputError as error:

@@ -111,7 +111,7 @@ def install_completion(
     try:
         path = app.install_completion(shell=shell)
     except ShellDetectionError:
-        raise InputError("--shell: is missing, and from here it cannot be told; give bash, zsh or fish") from None
+        raise InputError("--shell: is missing, and cannot be found from here; give bash, zsh or fish") from None
     console.print(f"{path}: completes seamap-rt in every shell that is started from now on")
     return 0
 
@@ -136,7 +136,7 @@ def page(
     from ..app import serve
 
     try:
-        serve(runs, port=port, host=host, browser=browser, told=console.print)
+        serve(runs, port=port, host=host, browser=browser, announce=console.print)
     except KeyboardInterrupt:
         console.print("the page is closed")
     return 0

@@ -83,8 +83,8 @@ def predict(
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
-    if told := last.attrs.get("vessel_notes"):
-        console.print(f"flag: {told}")
+    if notes := last.attrs.get("vessel_notes"):
+        console.print(f"flag: {notes}")
     console.print(*_headlines(last, issued, seen["polar"].sizes["turn"]), folder / _PRODUCT, sep="\n")
     return 0
 
@@ -232,7 +232,7 @@ def retrieve(
     products = (MAPS, RETRIEVED, *earlier)
     refuse_unfinished(echoes.parent, "ECHOES")
     with streaming(stream, stream_format) as broadcast, results_folder(folder, overwrite, (MAPS,)):
-        tell = [_told] if follow else []
+        tell = [_print_turn] if follow else []
         if broadcast is not None:
             from ..session.streaming import RetrievalStream
 
@@ -250,7 +250,7 @@ def retrieve(
             wait_s=follow,
             wind_from_deg=wind_from,
             even_if_wrong=even_if_wrong,
-            told=tell_all,
+            on_turn=tell_all,
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
@@ -283,7 +283,7 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
     return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
 
 
-def _told(turn: Turn) -> None:
+def _print_turn(turn: Turn) -> None:
     """A line for a turn that has just come."""
     from ..conventions import turn_name
 

@@ -65,9 +65,9 @@ def _print_account(metrics: dict[str, Any]) -> None:
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
-        from ..scene.checks.radar import told_of_record
+        from ..scene.checks.radar import record_notes
 
-        console.print(*told_of_record(scene.sea, scene.radar), sep="\n")
+        console.print(*record_notes(scene.sea, scene.radar), sep="\n")
 
 
 @command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
@@ -100,17 +100,17 @@ def run(
 
     also = "" if is_compiled() else " (compiling, once)"
     with streaming(stream, stream_format) as to, ReportProcess() as draw, progress() as say:
-        told = {"progress": lambda line: say(line + also), "draw": draw}
+        options = {"progress": lambda line: say(line + also), "draw": draw}
         sent = None if to is None else Stream(to, stream_format or "json")
-        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, stream=sent, **told)
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, stream=sent, **options)
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     if predict:
         console.print(forecast_line(result.metrics))
-        if told := window_line(result.metrics):
-            console.print(told)
+        if line := window_line(result.metrics):
+            console.print(line)
     for warning in warnings(result.metrics):
         console.print(f"flag: {warning}")
     if account:

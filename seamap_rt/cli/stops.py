@@ -39,7 +39,7 @@ class Stops:
     def end(self, process: bool) -> None:
         """The command has ended. process: and so does the process, which is not to be asked for it any more.
 
-        Of an interrupted one nothing is told then that its libraries' tasks and destructors still meet.
+        Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """
         interrupted, self.asked = self.asked, True
         sys.unraisablehook = _say_nothing if process and interrupted else self._hook

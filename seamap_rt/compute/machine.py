@@ -1,4 +1,4 @@
-"""What of the machine this process may use and has used."""
+"""The share of the machine that this process may use and has used."""
 
 from __future__ import annotations
 

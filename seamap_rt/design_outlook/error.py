@@ -37,7 +37,7 @@ class Design:
 
     ranges (gate,) slant [m], beyond the mast's foot; height, baseline [m]; wavelength [m]; pulse, beam: standard
     deviations of the area that a dwell's echo comes from, along [m] and across [rad]; width: of a look [rad];
-    spacing: of gates [m]; paths: p of the phases that become heights; coarse: p of those that settle their cycle;
+    spacing: of gates [m]; paths: p of the phases that become heights; coarse: p of those that resolve their cycle;
     pulses: of a dwell, over which noise averages; beat: of the noise with itself, against its beat with the echo;
     speckle: independent samples of it in a dwell; doubt: by which a variance that was found from few samples is larger;
     window: independent samples in the window whose power decides whether a cell has an echo; window_m, window_rad: its
@@ -134,7 +134,7 @@ def _turn(paths: int, wavelength: float, baseline: float, height: float, pulse: 
 
 
 def _compared(radar: RadarSettings, settings: RetrievalSettings, ranges: Array, pulse: float) -> tuple[int, int, float]:
-    """p of the phases that become heights, p of those that settle their cycles, and pulses that are compared."""
+    """p of the phases that become heights, p of those that resolve their cycles, and pulses that are compared."""
     pulses = settings.cell_azimuth_deg / (6.0 * radar.rotation_rpm) * radar.prf_hz
     if radar.scan != "turning":
         pulses = radar.stare_s * radar.prf_hz
@@ -155,7 +155,7 @@ _BANDS = 24  # of wavenumber, in the filter's integral
 _NODES, _LEVELS = 12, 10  # ranges and noise densities at which it is taken, and interpolated
 _BRIGHT_SPOTS = 0.21  # of the variance along a pulse, what is left when its bright spots are known (Gaussian pulse)
 _GATES = 4  # to either side of a cell: the neighbours that it is found from, in the middle of a block
-_NEIGHBOURHOOD = 3.0  # m, mean distance of a cell from the neighbours that settle its cycle
+_NEIGHBOURHOOD = 3.0  # m, mean distance of a cell from the neighbours that resolve its cycle
 
 
 @dataclass(frozen=True)

@@ -117,10 +117,10 @@ def outlook(scene: SceneLike) -> xr.Dataset:
         "range": ("range", found.range, {"units": "m", "long_name": "slant range"}),
         "polarization": list(POLARIZATIONS),
     }
-    return xr.Dataset(variables, coordinates, {**found.figures, **_told(found)})
+    return xr.Dataset(variables, coordinates, {**found.figures, **_attributes(found)})
 
 
-def _told(found: Outlook) -> dict[str, Any]:
+def _attributes(found: Outlook) -> dict[str, Any]:
     return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
@@ -157,7 +157,7 @@ def estimate_outlook(scene: Scene) -> Outlook:
     visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
     inside = np.flatnonzero(_in_sector(looks, radar.sector_deg))
     counts = visible > _HALF
-    heard = _heard(design, _rows(nrcs, window) * unity, settings.min_snr_db)
+    heard = _above_noise(design, _rows(nrcs, window) * unity, settings.min_snr_db)
     spectrum = Spectrum.of(waves)
     known = (information(design, spectrum, snr) * heard).mean(axis=1)
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
@@ -212,7 +212,7 @@ def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[st
 
 
 def _left_out(scene: Scene) -> str:
-    """What of this scene the outlook does not know."""
+    """Parts of this scene that the outlook does not model."""
     left = {
         "objects and the boat's own structure": bool(scene.objects),
         "sharper crests": scene.sea.model != "linear",
@@ -252,7 +252,7 @@ def _rows(field: NDArray[np.float32], weight: Array) -> Array:
     return np.einsum("lrg,crg->lcg", field, weight.astype(np.float32), optimize=True).astype(np.float64)
 
 
-def _heard(design: Design, snr: Array, least_db: float) -> Array:
+def _above_noise(design: Design, snr: Array, least_db: float) -> Array:
     """Chance (look, centre, gate) that a window's power, which fades by its speckle, stands over the threshold."""
     mean = uniform_filter1d(snr, max(1, round(design.window_m / design.spacing)), axis=2)
     levels = np.linspace(-30.0, 30.0, 241)  # dB of the mean over the threshold: between them a line is good to 1e-4
@@ -321,9 +321,9 @@ def _half_visible(found: Outlook) -> str:
     shares = found.profile["visible_fraction"], *found.radar_visible
     for (name, key), share in zip(_HALF_RANGES.items(), shares, strict=True):
         far = found.figures[key]
-        told = f"half is visible to {far:.0f} m" if np.isfinite(far) else why_no_half(found.range, share)
-        words.setdefault(told, []).append(name)
-    return "; ".join(f"{', '.join(names)}: {told}" for told, names in words.items())
+        text = f"half is visible to {far:.0f} m" if np.isfinite(far) else why_no_half(found.range, share)
+        words.setdefault(text, []).append(name)
+    return "; ".join(f"{', '.join(names)}: {text}" for text, names in words.items())
 
 
 def _mean(values: NDArray[np.float64]) -> float:

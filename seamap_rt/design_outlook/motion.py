@@ -105,11 +105,11 @@ class Motion:
         times = _times(platform)
         quiet = sensors.model_copy(update=dict.fromkeys(_NOISE, 0.0))
         installation = Installation(radar, platform, motion, Sensors(quiet, motion, scene.seed))
-        true, told = installation.pose(times), installation.sensed.pose(times)
-        place, turned = told.origin - true.origin, np.radians(wrap_degrees(told.attitude - true.attitude))
+        true, measured = installation.pose(times), installation.sensed.pose(times)
+        place, turned = measured.origin - true.origin, np.radians(wrap_degrees(measured.attitude - true.attitude))
         look = azimuths()
         lean = _lean(true.attitude, look)
-        wrong = _lean(told.attitude - (0.0, 0.0, 1.0) * (told.attitude - true.attitude), look) - lean
+        wrong = _lean(measured.attitude - (0.0, 0.0, 1.0) * (measured.attitude - true.attitude), look) - lean
         leaning = _quantiles(lean, ((7 * np.arange(look.size)) % look.size + 0.5) / look.size)
         leaning[:, ::2] = leaning[::-1, ::2]  # so that the mast stands high as often when it leans forth as back
         return cls(

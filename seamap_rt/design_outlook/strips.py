@@ -5,7 +5,7 @@ wavenumbers and two directions goes to the strip's nearest wavenumbers, so that 
 that the sea has along it: what hides behind crests depends on nothing else. The draws are the same for every scene,
 so that designs are compared on the same seas.
 
-What of each strip's cells the lower antenna sees is found by the horizon, a step of the surface at a time; their echo
+The horizon gives which of each strip's cells the lower antenna sees, a step of the surface at a time; their echo
 over the noise by facets' slopes, a measured mean, and the link budget.
 """
 

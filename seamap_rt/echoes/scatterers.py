@@ -41,8 +41,8 @@ def from_scatterers(scene: SceneLike, xyz: ArrayLike, rcs: ArrayLike, velocity: 
     turns = [pulses(installation, turn) for turn in range(scene.turns)]
     voltages = (scatterer_voltages(installation, turn, points, areas, speeds) for turn in turns)
     received = [receive(each, installation, turn, scene.seed) for each, turn in zip(voltages, turns, strict=True)]
-    told = scene.scattering.polarization, None, 0, scene.resolved_retrieval
-    return echo_dataset(installation, turns, received, *told)
+    settings = scene.scattering.polarization, None, 0, scene.resolved_retrieval
+    return echo_dataset(installation, turns, received, *settings)
 
 
 def scatterer_voltages(

@@ -1,7 +1,7 @@
 """What echoes and the maps made of them say of themselves: whether the radar was as its description has it.
 
 Nothing here knows the sea. What is surely wrong (the sign of the phase, receivers that have nothing in common, waves
-that run backwards) is told from what probably is, and from what this data cannot tell.
+that run backwards) is kept apart from what probably is, and from what this data cannot tell.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ Verdict = Literal["good", "doubtful", "wrong", "unknown"]
 
 
 class Finding(NamedTuple):
-    """Of one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be told from this data."""
+    """Of one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be found from this data."""
 
     what: str
     verdict: Verdict

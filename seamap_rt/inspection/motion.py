@@ -71,11 +71,11 @@ def _drift(polar: xr.Dataset, waves: float | None, wind: float | None) -> Findin
     return Finding(what, "doubtful", f"{says}, against {name} from {other:.0f}°", remedy)
 
 
-def _run(maps: xr.DataTree, told: float | None, axis: float | None) -> Finding:
+def _run(maps: xr.DataTree, given: float | None, axis: float | None) -> Finding:
     """Whether the waves run from turn to turn the way that the Doppler says; without it, which way along their axis."""
     what = "waves from turn to turn"
     ground = group_of(maps, "maps/ground")
-    waves = axis if told is None else told
+    waves = axis if given is None else given
     if waves is None:
         return Finding(what, "unknown", "which way the waves run is not known")
     if ground.sizes["turn"] < 2:
@@ -105,7 +105,7 @@ def _run(maps: xr.DataTree, told: float | None, axis: float | None) -> Finding:
         return Finding(what, "unknown", "the turns have too little in common to say which way the waves run")
     says = f"{100.0 * totals[0] / totals[2]:.0f} % fits waves from {waves:.0f}°, {100.0 * totals[1] / totals[2]:.0f} % "
     says += "waves that run the other way"
-    if told is None:
+    if given is None:
         comes_from = waves if totals[0] > totals[1] else (waves + 180.0) % 360.0
         return Finding(what, "good", f"without velocities: {says}: they come from {comes_from:.0f}°")
     if totals[0] > totals[1]:

@@ -6,7 +6,7 @@ It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analyt
     estimator    adaptive (the default): optimal interpolation (Bretherton et al. 1976) between single dwells and gates.
                  Each is weighted by its own echo, with the sea's covariance as the map itself shows it; waves
                  shorter than it shows are those of a wind sea's spectrum, k⁻⁴ (Phillips 1958), at the map's own level.
-                 Where in a gate its echo comes from is told by the powers of the gates beside it (Tweedie's formula).
+                 Where in a gate its echo comes from follows from the powers of the gates beside it (Tweedie's formula).
                  sliding_plane: one window that follows the slopes. single_cell: no window.
     paths        best: where transmitters alternate and both receivers hear all, each antenna on itself, p = 2, between
                  neighbouring pulses; p = 1 of the same echoes gives the cycle. one_way: p = 1.

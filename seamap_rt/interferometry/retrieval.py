@@ -270,7 +270,7 @@ def _grazing(given: Interferogram) -> Map:
 def _shadow(
     given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np.bool_], slope_rms: float | None
 ) -> Shadow:
-    """What of each cell is in sight, by the echo of each dwell and gate and the slopes.
+    """The share of each cell in sight, by the echo of each dwell and gate and the slopes.
 
     slope_rms: of the sea, where the estimator knows it; else as the planes have it.
     """

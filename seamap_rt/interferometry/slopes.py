@@ -3,7 +3,7 @@
 A plane is as long as errors make it, and stands for the mean slope of its middle cell. How far off that is, by short
 waves that it smooths as well, follows from the sea's covariance where the estimator knows it (`optimal`).
 
-What of each cell the radar sees, from the echo alone, and by how much what it sees stands above the cell's mean.
+The share of each cell that the radar sees, from the echo alone, and by how much that stands above the cell's mean.
 
 Two observations are combined by Bayes' rule. Without them, a place of outward slope m is in sight with Smith's share S
 (1967), which needs the sea's rms slope and the grazing angle. Then the echo is held against that of a lit cell: power p

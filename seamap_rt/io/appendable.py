@@ -103,7 +103,7 @@ class AppendableNetCDF:
         try:
             self.close()
         except OSError:
-            if raised[1] is None:  # else that is what is told
+            if raised[1] is None:  # else that one is reported
                 raise
 
     def _go_on(self) -> None:

@@ -160,13 +160,13 @@ def decoded(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArra
     """Numbers of an array by its attributes: packing is undone, dates are dates, what is missing is NaN, and of
     whole numbers that are not packed masked. Without such attributes the array itself. Raises InputError for what
     cannot be obeyed."""
-    told = {key: plain_attribute(attributes[key]) for key in (*_PACKING, *_FILLS) if key in attributes}
-    for key, value in told.items():
+    declared = {key: plain_attribute(attributes[key]) for key in (*_PACKING, *_FILLS) if key in attributes}
+    for key, value in declared.items():
         if np.size(value) != 1 or (key != "_Unsigned" and np.asarray(value).dtype.kind not in "iufb"):
             raise InputError(f"{name}: {key} = {value!r}: must be a number; correct the attribute")
     unit = plain_attribute(attributes.get("units"))
     dates = isinstance(unit, str) and " since " in unit
-    if not told and not dates:
+    if not declared and not dates:
         return values
     if values.dtype.kind == "c" and not dates:
         real, imaginary = (decoded(part, attributes, name) for part in (np.real(values), np.imag(values)))
@@ -178,15 +178,15 @@ def decoded(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArra
             pair[key] = part.filled(np.nan)
         return pair
     if values.dtype.kind not in "iuf":
-        raise InputError(f"{name}: has {', '.join(told) or unit} and no plain numbers; save it as numbers")
-    if not dates and not any(key in told for key in _PACKING) and values.dtype.kind in "iu":
-        missing = np.isin(values, [told[key] for key in _FILLS if key in told])
+        raise InputError(f"{name}: has {', '.join(declared) or unit} and no plain numbers; save it as numbers")
+    if not dates and not any(key in declared for key in _PACKING) and values.dtype.kind in "iu":
+        missing = np.isin(values, [declared[key] for key in _FILLS if key in declared])
         return np.ma.masked_array(values, missing) if missing.any() else values
     if dates:
-        told |= {"units": unit, "calendar": plain_attribute(attributes.get("calendar", "standard"))}
+        declared |= {"units": unit, "calendar": plain_attribute(attributes.get("calendar", "standard"))}
     dims = tuple(f"axis_{n}" for n in range(values.ndim))
     try:
-        result = decode_cf_variable(name, xr.Variable(dims, values, told)).to_numpy()
+        result = decode_cf_variable(name, xr.Variable(dims, values, declared)).to_numpy()
     except (ValueError, TypeError, OverflowError) as error:
         raise InputError(f"{name}: its attributes cannot be obeyed ({error}); correct them") from None
     if dates and result.dtype.kind != "M":

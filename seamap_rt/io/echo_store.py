@@ -147,14 +147,14 @@ class EchoStore:
             try:
                 _cut(self.path, self._arrays.values(), turns, pulses, growing=False)
             except OSError:
-                if raised[1] is None:  # else that is what is told
+                if raised[1] is None:  # else that one is reported
                     raise
 
     def _create(self, turn: xr.Dataset) -> None:
         if self.path.exists():
             shutil.rmtree(self.path)
-        told = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
-        group = zarr.open_group(self.path, mode="w", zarr_format=3, attributes=turn.attrs | told)
+        first = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
+        group = zarr.open_group(self.path, mode="w", zarr_format=3, attributes=turn.attrs | first)
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"
             rows = _PULSES_A_CHUNK if name == "voltage" else _READINGS_A_CHUNK

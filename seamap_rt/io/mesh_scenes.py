@@ -180,21 +180,21 @@ def check_gltf(content: bytes, beside: FilesBeside) -> None:
         text = content[20 : 20 + int.from_bytes(content[12:16], "little")]
     if text.count(b",") > _MOST_WORDS:
         raise InputError(f"describes itself in more than {_MOST_WORDS} words; join its parts")
-    told = json.loads(text)
-    nodes, buffers = told.get("nodes", []), told.get("buffers", [])
+    document = json.loads(text)
+    nodes, buffers = document.get("nodes", []), document.get("buffers", [])
     if len(nodes) > _MOST_NODES:
         raise InputError(f"has {len(nodes)} nodes: must have at most {_MOST_NODES}; join its parts")
     _check_tree(nodes)
     outside = [each["uri"] for each in buffers if not each.get("uri", "data:").startswith("data:")]
     held = len(content) + sum(len(beside[uri]) for uri in set(outside))
-    accessors = told.get("accessors", [])
-    named = [sum(each["byteLength"] for each in told.get("bufferViews", [])), sum(map(_bytes_of, accessors))]
+    accessors = document.get("accessors", [])
+    named = [sum(each["byteLength"] for each in document.get("bufferViews", [])), sum(map(_bytes_of, accessors))]
     if max(named) > _OFTEN * held:
         raise InputError(f"declares {size(max(named))} of numbers and holds {size(held)}; export it anew")
     for each in accessors:
-        if "bufferView" in each and _bytes_of(each) > told["bufferViews"][each["bufferView"]]["byteLength"]:
+        if "bufferView" in each and _bytes_of(each) > document["bufferViews"][each["bufferView"]]["byteLength"]:
             raise InputError(f"has an accessor of {size(_bytes_of(each))} on fewer bytes; export it anew")
-    corners = [sum(_corners(part, accessors) for part in mesh["primitives"]) for mesh in told.get("meshes", [])]
+    corners = [sum(_corners(part, accessors) for part in mesh["primitives"]) for mesh in document.get("meshes", [])]
     instances = sum(corners[node["mesh"]] for node in nodes if "mesh" in node)
     if instances > _MOST_CORNERS:
         raise InputError(f"shows {instances // 3} triangles: must be at most {_MOST_CORNERS // 3}; decimate the mesh")

@@ -239,31 +239,31 @@ def check_hdf5(file: h5py.File, called: str, rows: bool = False) -> None:
     reads where they are axes, or rows, turns and frames mostly."""
     from h5py import h5d, h5l, h5o  # type: ignore[attr-defined]
 
-    told, seen, need, stored = list[str](), 0, 0, 0
+    problems, seen, need, stored = list[str](), 0, 0, 0
 
     def look(link: bytes, facts: Any) -> bool | None:
         nonlocal seen, need, stored
         name, seen = link.decode("utf-8", "replace"), seen + 1
         if facts.type not in (h5l.TYPE_HARD, h5l.TYPE_SOFT):
-            told.append(f"'{name}' is a link to another file")
+            problems.append(f"'{name}' is a link to another file")
         elif seen > _MOST_OBJECTS:
-            told.append(f"there are more than {_MOST_OBJECTS} groups and arrays in it")
+            problems.append(f"there are more than {_MOST_OBJECTS} groups and arrays in it")
         elif facts.type == h5l.TYPE_HARD and isinstance(found := h5o.open(file.id, link), h5d.DatasetID):
             made = found.get_create_plist()
             if made.get_external_count():
-                told.append(f"'{name}' lies in another file (external storage)")
+                problems.append(f"'{name}' lies in another file (external storage)")
             elif made.get_layout() == h5d.VIRTUAL:
-                told.append(f"'{name}' is made of other arrays (a virtual dataset)")
+                problems.append(f"'{name}' is made of other arrays (a virtual dataset)")
             else:
                 chunk = math.prod(made.get_chunk()) if made.get_layout() == h5d.CHUNKED else 0
                 row = math.prod(found.shape[1:] or found.shape) if rows else 0
                 need += max(chunk, row) * found.get_type().get_size()
                 stored += found.get_storage_size()
-        return True if told else None  # ends the visit
+        return True if problems else None  # ends the visit
 
     file.id.links.visit(look, info=True)
-    if told:
-        raise InputError(f"{called}: {told[0]}, which is not read; save one file that holds all of it")
+    if problems:
+        raise InputError(f"{called}: {problems[0]}, which is not read; save one file that holds all of it")
     weigh(called, need, min(stored, _held_by(file)))
 
 
@@ -361,8 +361,8 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
             file = os.path.join(at, name)
             if name in _DESCRIPTIONS:
                 rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
-                told = read_json(file, f"{wanted} of regular files", **rules)
-                need += _least_read(told) if isinstance(told, dict) and "shape" in told else 0
+                content = read_json(file, f"{wanted} of regular files", **rules)
+                need += _least_read(content) if isinstance(content, dict) and "shape" in content else 0
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows
                 if not stat.S_ISREG(os.lstat(file).st_mode):
@@ -371,14 +371,17 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
     weigh(called, need, held)
 
 
-def _least_read(told: dict[str, Any]) -> int:
+def _least_read(content: dict[str, Any]) -> int:
     """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk."""
     import numpy as np
 
     try:
-        grid = [told.get("chunk_grid", {}), *(each for each in told.get("codecs") or () if "shard" in each["name"])]
-        chunk = grid[-1].get("configuration", told).get("chunk_shape") or told["chunks"]
-        kind, shape = told.get("data_type") or told["dtype"], told["shape"]
+        grid = [
+            content.get("chunk_grid", {}),
+            *(each for each in content.get("codecs") or () if "shard" in each["name"]),
+        ]
+        chunk = grid[-1].get("configuration", content).get("chunk_shape") or content["chunks"]
+        kind, shape = content.get("data_type") or content["dtype"], content["shape"]
         width = np.dtype(kind).itemsize if isinstance(kind, str) else 8
         chunks = math.prod(-(-size // each) for size, each in zip(shape, chunk, strict=True))
     except (KeyError, TypeError, ValueError, ZeroDivisionError, AttributeError):

@@ -8,7 +8,7 @@ there, is the velocity potential at the surface; else the water's velocity there
 Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
 Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
-largest square without. Other gaps are filled (`gaps`), and how wide they are is told with each frame.
+largest square without. Other gaps are filled (`gaps`), and each frame states how wide they are.
 """
 
 from __future__ import annotations
@@ -318,8 +318,8 @@ def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tupl
 
 
 def _version(path: str) -> tuple[int, int]:
-    told = Path(path).stat()
-    return told.st_mtime_ns, told.st_size
+    status = Path(path).stat()
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=4)

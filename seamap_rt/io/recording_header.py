@@ -25,7 +25,7 @@ PRF_HZ = (5.0, 1e7)  # a rate outside is in another unit
 
 
 class RecordingHeader(Section):
-    """What the arrays of a recording do not say; limits are those of the SI, so that another unit is told."""
+    """What the arrays of a recording do not say; limits are those of the SI, so that another unit is found."""
 
     frequency_hz: Annotated[float, Ge(1e8), Le(1e12), Meaning("Hz", "a carrier")]
     """Carrier frequency."""

@@ -110,8 +110,8 @@ def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterat
     except OSError as error:
         if not (error.errno in FULL and left()):
             raise
-        told = f"{error.strerror}; seamap-rt recover '{folder}' makes files of the whole {unit} once there is room"
-        raise OSError(error.errno, told, error.filename) from None
+        message = f"{error.strerror}; seamap-rt recover '{folder}' makes files of the whole {unit} once there is room"
+        raise OSError(error.errno, message, error.filename) from None
     finally:
         if not left():
             marker.unlink(missing_ok=True)

@@ -58,14 +58,14 @@ def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> di
     None takes a key out. Keys that the file leaves at their defaults may be given, and `validation.validate` finds
     those that no section has. Raises InputError, with a line for each override that cannot be set.
     """
-    result, told = copy.deepcopy(dict(tree)), list[str]()
+    result, problems = copy.deepcopy(dict(tree)), list[str]()
     for dotted, value in overrides.items():
         try:
             _set(result, dotted, plain(_read_value(value) if isinstance(value, str) else value))
         except InputError as refusal:
-            told += refusal.problems
-    if told:
-        raise InputError(*told)
+            problems += refusal.problems
+    if problems:
+        raise InputError(*problems)
     return result
 
 

@@ -26,8 +26,8 @@ def axes_of(values: xr.DataArray) -> dict[str, str]:
         for dimension in values.dims:
             if dimension not in values.coords:
                 continue
-            told = values[dimension].attrs
-            by_cf = {str(told.get("axis", "")), str(told.get("standard_name", ""))}
+            attributes = values[dimension].attrs
+            by_cf = {str(attributes.get("axis", "")), str(attributes.get("standard_name", ""))}
             if str(dimension).lower() in names or by_cf & set(_CF_AXES[axis]):
                 found[axis] = str(dimension)
     return found

@@ -56,7 +56,7 @@ class DensityUnit:
 def density_unit(declared: str, called: str, omega: bool = False, action: bool = False) -> DensityUnit:
     """By the words of a unit. omega: the file counts frequencies in rad/s; action: the density is called one of action.
 
-    Raises InputError for what is no directional density, and where per Hz and per rad/s cannot be told apart.
+    Raises InputError for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
     """
     size, powers = parsed(declared) or (0.0, {})
     length, seconds, mass, angles = (powers.get(each, 0) for each in ("length", "time", "mass", "angle"))
@@ -81,8 +81,8 @@ def density_unit(declared: str, called: str, omega: bool = False, action: bool =
 
 def words_of(attributes: Mapping[str, Any]) -> str:
     """What attributes say in words of which way directions point."""
-    told = {str(name).lower(): plain_attribute(value) for name, value in attributes.items()}
-    return "; ".join(str(told[name]) for name in _DESCRIBING if name in told)
+    texts = {str(name).lower(): plain_attribute(value) for name, value in attributes.items()}
+    return "; ".join(str(texts[name]) for name in _DESCRIBING if name in texts)
 
 
 def wave_from_degrees(
@@ -94,7 +94,7 @@ def wave_from_degrees(
 ) -> NDArray[np.float64]:
     """Directions (d,) as degrees clockwise from north where waves come from, by their coordinate's attributes;
     more: what else the file says of directions, where these say nothing; otherwise: what a file of this kind means
-    where nothing does. Raises InputError for what cannot be told."""
+    where nothing does. Raises InputError for what is ambiguous."""
     unit = plain_attribute(attributes.get("units"))
     if unit is None and direction.size > 2 and np.ptp(direction) > 4.0 and np.abs(direction).max() <= _FULL_CIRCLE:
         raise InputError(
@@ -144,8 +144,8 @@ def convert_spectrum(
     density = density.copy(data=within_valid_range(density.to_numpy(), density.attrs, density.encoding))
     if not {"freq", "dir"} <= set(density.dims):
         return density  # whoever asks for directions says that there are none
-    hertz, told = frequencies_hz(density["freq"], called)
-    omega = "rad" in told.lower()
+    hertz, axis_unit = frequencies_hz(density["freq"], called)
+    omega = "rad" in axis_unit.lower()
     direction = density["dir"]
     more = "; ".join(
         chunk[0]
@@ -165,7 +165,7 @@ def convert_spectrum(
         factor, action = found.factor, found.action
     elif omega or action:
         raise InputError(
-            f"{called}: density: has no unit, with frequencies in '{told}'; declare one, such as m2/Hz/degree"
+            f"{called}: density: has no unit, with frequencies in '{axis_unit}'; declare one, such as m2/Hz/degree"
         )
     result = density.assign_coords(freq=hertz, dir=degrees) * factor
     if action:  # E = 2πf N
@@ -175,10 +175,10 @@ def convert_spectrum(
 
 def frequencies_hz(frequency: xr.DataArray, called: str) -> tuple[NDArray[np.float64], str]:
     """Frequencies (f,) in Hz, and the unit that the file declares. Raises InputError."""
-    told, words = plain_attribute(frequency.attrs.get("units")), words_of(frequency.attrs)
-    if told is None and _NO_FREQUENCY.search(words):
+    unit, words = plain_attribute(frequency.attrs.get("units")), words_of(frequency.attrs)
+    if unit is None and _NO_FREQUENCY.search(words):
         raise InputError(f"{called}: frequency: is described as '{words}' and has no unit; declare Hz or rad/s")
-    return to_unit(frequency.to_numpy(), told, "Hz", f"{called}: frequency"), str(told)
+    return to_unit(frequency.to_numpy(), unit, "Hz", f"{called}: frequency"), str(unit)
 
 
 WANTED = "a directional spectrum"
@@ -261,12 +261,12 @@ def as_declared(density: xr.DataArray, kind: str, path: Path) -> xr.DataArray:
             return density
     if layout.angle and "units" not in density["dir"].attrs:
         density["dir"].attrs["units"] = layout.angle
-    told = [str(each) for each in density.attrs.pop("of_the_file", ())]
-    return convert_spectrum(density, called, layout.sense, layout.unit, told).assign_attrs(density.attrs)
+    description = [str(each) for each in density.attrs.pop("of_the_file", ())]
+    return convert_spectrum(density, called, layout.sense, layout.unit, description).assign_attrs(density.attrs)
 
 
 def _of_logarithms(density: xr.DataArray, called: str) -> tuple[xr.DataArray, bool]:
-    """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were is told too."""
+    """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were comes too."""
     from wavespectra.input.era5 import from_era5
 
     if not float(density.min()) < 0.0:

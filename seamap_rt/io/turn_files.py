@@ -80,7 +80,7 @@ def join_turns(folder: Path, turns: int, path: Path, attributes: Mapping[str, An
                 with np.load(each, allow_pickle=False) as arrays:
                     _lengthen(hdf5, arrays)
         with h5netcdf.File(made, "r+") as file:
-            _settle(file, turns if turns < turns_in(begun) else None)
+            _finish(file, turns if turns < turns_in(begun) else None)
             file.attrs.update(attributes or {})
         os.replace(made, path)
     finally:
@@ -113,7 +113,7 @@ def _lengthen(file: h5py.File, arrays: Mapping[str, np.ndarray[Any, Any]]) -> No
         array[(slice(None),) * axis + (slice(start, None),)] = values
 
 
-def _settle(file: h5netcdf.File, turns: int | None) -> None:
+def _finish(file: h5netcdf.File, turns: int | None) -> None:
     """Shorten a file that grows along one dimension; or bring dimensions to the length of their arrays."""
     for group in (file, *file.groups.values()):
         for name, dimension in group.dimensions.items():
@@ -191,11 +191,11 @@ def read_whole_turns(path: Path, read: Callable[[GrowingFile], Result]) -> Resul
     path: the file's own name. read: is given the open file, and may be called several times: while it reads, a file
     that grew may be finished. Raises OSError where there is none, or a damaged one.
     """
-    told = ""
+    message = ""
     for _ in range(_TRIES):
         try:
             with closing(GrowingFile(path)) as file:
                 return read(file)
         except Exception as error:  # a damaged file raises exceptions of many types
-            told = str(error)
-    raise OSError(f"{path}: {told}")
+            message = str(error)
+    raise OSError(f"{path}: {message}")

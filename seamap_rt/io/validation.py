@@ -42,11 +42,11 @@ def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further
     located = [(_locate(model_class, error["loc"]), error) for error in errors]
     meant = frozenset(key for location, error in located if error["type"] == "extra_forbidden" for key in location.near)
     located = [(at, error) for at, error in located if not (error["type"] == "missing" and at.key in meant)]
-    told = [line for location, error in located for line in _lines(model_class, location, error)]
+    lines = [line for location, error in located for line in _lines(model_class, location, error)]
     wrong = meant | {location.key for location, _ in located}
     if further is not None and () not in wrong:  # () is what the model's own checks say
-        told += further(tree, wrong)
-    raise InputError(*told)
+        lines += further(tree, wrong)
+    raise InputError(*lines)
 
 
 def without(model_class: type[Model], tree: Mapping[str, Any], wrong: frozenset[Key]) -> Model:

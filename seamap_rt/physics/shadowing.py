@@ -1,4 +1,4 @@
-"""What of a sea sees the antenna, and the sea itself, in closed form: random seas by slope, one regular wave by crests.
+"""Share of a sea that sees the antenna, and the sea itself, in closed form: random seas by slope, a wave by crests.
 
 Written from the papers. `validation.analytic` holds the same laws once more, written independently, as a check.
 """

@@ -71,6 +71,8 @@ def advise(
     Raises InputError for courses, limits, a mission or a number of draws that cannot be.
     """
     must_be("field", field, WaveField, "a WaveField, as reconstruct gives")
+    if not hasattr(vessel, "response"):
+        raise InputError(f"vessel = {vessel}: must be a vessel; give prediction.Box, Disc, Follower or read_capytaine")
     made = advise_on(
         SeaAhead.of(field),
         vessel,
@@ -257,12 +259,12 @@ def _dataset(
         variables[name] = (both, values.reshape(shape), {"units": units, "long_name": words})
     steer = float(heading[best // speed.size]), float(speed[best % speed.size])
     attributes |= {"best_heading_deg": steer[0], "best_speed_m_s": steer[1], "better_probability": float(better[best])}
-    told = (low[best] > 0.0 or high[best] < 0.0) and steer != (held.heading_deg, held.speed_m_s)
+    significant = (low[best] > 0.0 or high[best] < 0.0) and steer != (held.heading_deg, held.speed_m_s)
     words = (
         f"steer {steer[0]:03.0f}° at {steer[1]:.1f} m/s: {attributes['mission'].replace('_', ' ')} "
         f"{abs(score[best]):.2g} {unit} instead of {abs(scores[-1].mean()):.2g} (probability {better[best]:.2f})"
     )
-    attributes["verdict"] = words if told else _NONE
+    attributes["verdict"] = words if significant else _NONE
     coords = {
         "heading": ("heading", heading, {"units": "degree", "long_name": "heading, clockwise from north"}),
         "speed": ("speed", speed, {"units": "m/s", "long_name": "speed over ground along the heading"}),

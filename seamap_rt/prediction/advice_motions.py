@@ -101,7 +101,7 @@ class Transfers:
     spectrum: Envelope
 
 
-Settled = tuple[Field, Field]  # expected and variance that is open, (course, quantity, moment)
+Expectation = tuple[Field, Field]  # expected and variance that is open, (course, quantity, moment)
 
 
 def shares_of(vessel: Vessel, hull: Hull, depth_m: float) -> Shares:
@@ -126,7 +126,7 @@ def shares_of(vessel: Vessel, hull: Hull, depth_m: float) -> Shares:
 class SeaAhead:
     """What is known of the sea about a boat from one moment on.
 
-    waves, amplitudes (set, wave) [m]: expected, with phases of the boat's place at lead 0; settle: from envelopes
+    waves, amplitudes (set, wave) [m]: expected, with phases of the boat's place at lead 0; expect: from envelopes
     (set, course, quantity, moment), leads and transfers to the expected motion and the variance that is open. groups,
     variances (group,) [m²]: of what may err, drawn_groups: of them those that errors are drawn from. spectrum, spectral
     (wave,) [m²]: the sea state.
@@ -134,7 +134,7 @@ class SeaAhead:
 
     waves: Waves
     amplitudes: Envelope
-    settle: Callable[[Envelope, Field, Transfers], Settled]
+    expect: Callable[[Envelope, Field, Transfers], Expectation]
     groups: Waves
     variances: Field
     drawn_groups: NDArray[np.intp]
@@ -163,7 +163,7 @@ class SeaAhead:
         return cls(
             Waves(kx[kept], ky[kept], omega[kept]),
             sets,
-            _Settling(field).settle,
+            _Settling(field).expect,
             Waves(groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward), groups.omega),
             groups.variance,
             _strongest(groups.variance, _ERRORS),
@@ -193,9 +193,9 @@ class SeaAhead:
             made[:, number] = sums.reshape(made.shape[0], -1, count)
         return made
 
-    def expected(self, lead: Field, transfers: Transfers) -> Settled:
+    def expected(self, lead: Field, transfers: Transfers) -> Expectation:
         """Motions and their open variance (course, quantity, moment) at evenly spaced leads [s] from 0 on."""
-        return self.settle(self.envelopes(lead, transfers), lead, transfers)
+        return self.expect(self.envelopes(lead, transfers), lead, transfers)
 
     def drawn(self, lead: Field, transfers: Transfers, draws: int, seed: int) -> NDArray[np.float32]:
         """Motions that may come (course, quantity, draw, moment): the expected, and errors of one sea for all courses
@@ -224,13 +224,13 @@ class SeaAhead:
 
 
 class _Settling:
-    """What of a wave field's sums is worth keeping, and what stays open: the shares that `WaveField.predict` has for
-    the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
+    """The part of a wave field's sums worth keeping, and what stays open: the shares that `WaveField.predict` has
+    for the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
 
     def __init__(self, field: WaveField) -> None:
         self._field = field
 
-    def settle(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Settled:
+    def expect(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Expectation:
         """See `SeaAhead`."""
         field = self._field
         variances = field.knowledge.groups.variance

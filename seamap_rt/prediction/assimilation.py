@@ -3,13 +3,13 @@
 Of amplitudes a, both parts of which have prior variances S, and observations y = H a + e the expected sea is a = √S u,
 where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients.
 Weights hold the observations' errors and the waves that the lattices do not carry there. Near the antennas the sea is
-told a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
+known a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
 better than anybody asks counts for less.
 
 Preconditioners. For every wave both lie in one sum: no diagonal serves. But a packet of waves has a place too. In zones
-in which the sea is told about equally well, w, the operator is about 1 + S w for waves of prior variance S; packets are
+in which the sea is about equally known, w, the operator is about 1 + S w for waves of prior variance S; packets are
 taken apart into zones by windows whose squares sum to 1, each zone is solved by itself, and the zones are put together
-again (a windowed symbol's inverse). What was told at another time of packets is told where they are in the middle of
+again (a windowed symbol's inverse). What was observed at another time of packets counts where they are in the middle of
 the time, by the mean velocity of groups. Of the strongest of the long waves, few in a circle, the part of the normal
 matrix is inverted: observations determine a swell a million times better than its prior where it was seen, and not at
 all a wavelength farther out; conjugate gradients that stop early leave waves out there that are far too high, and these
@@ -39,9 +39,9 @@ _AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was s
 # fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
-_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more that is told counts half: shadows
+_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more information counts half: shadows
 # and the waves on top err heights of a wave all along, so that more of them tell no more
-_SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how much is told
+_SQUARES = 8.0  # a wavelength of the strongest waves: over which information is summed
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
     side = 2.0 * np.pi / float(lattice.k[strongest]) / _SQUARES
     i, j = (np.floor((each - each.min()) / side).astype(int) for each in (seen.x, seen.y))
     square = i * (int(j.max()) + 1) + j
-    told = np.bincount(square, weight)[square] / side**2
-    return 2.0 * np.pi**2 * density * _PLENTY * told / weight
+    total = np.bincount(square, weight)[square] / side**2
+    return 2.0 * np.pi**2 * density * _PLENTY * total / weight
 
 
 def solve(
@@ -145,7 +145,7 @@ def _dot(one: Sequence[NDArray[np.complexfloating]], other: Sequence[NDArray[np.
 
 _MOST = 240  # waves
 _LEAST = 1e-2  # of the strongest one's prior variance
-_LONG = 0.15  # of how wide what was seen is: shorter waves are told well enough apart by zones
+_LONG = 0.15  # of how wide what was seen is: zones resolve shorter waves well enough
 _ZONE_SQUARES = 5.0  # a wavelength of the shortest of them
 
 
@@ -188,8 +188,8 @@ class StrongestWaves:
         return (real + 1j * imaginary).astype(np.complex64)
 
 
-_RATIO = 20.0  # of what is told, from zone to zone
-_FAINT = 0.3  # of the strongest wave's prior: less told than this is nothing told
+_RATIO = 20.0  # of information, from zone to zone
+_FAINT = 0.3  # of the strongest wave's prior: less information than this is none
 _SMOOTH = 2.0  # over the strongest waves' wavenumber: packets are no narrower
 
 
@@ -240,11 +240,11 @@ class Preconditioner:
         prior = lattice.scale**2
         strongest = np.unravel_index(np.argmax(prior), prior.shape)
         most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)
-        told = _smooth(self._information(number, lattice, batches), _SMOOTH / k, lattice.spacing)
-        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(told.max()))
-        span = np.log(max(float(told.max()) / least, 1.0))
+        information = _smooth(self._information(number, lattice, batches), _SMOOTH / k, lattice.spacing)
+        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(information.max()))
+        span = np.log(max(float(information.max()) / least, 1.0))
         steps = max(int(np.ceil(span / np.log(_RATIO))), 1)
-        height = np.log(np.maximum(told / least, 1.0)) * steps / max(span, 1e-9)
+        height = np.log(np.maximum(information / least, 1.0)) * steps / max(span, 1e-9)
         zone = np.arange(steps + 1.0)[:, None, None]
         windows = np.sqrt(np.clip(1.0 - np.abs(height - zone), 0.0, 1.0))
         levels = np.where(np.isfinite(least), least, 0.0) * np.exp(zone * span / steps)
@@ -260,7 +260,7 @@ class Preconditioner:
             float(np.sum(power * np.gradient(lattice.omega, lattice.spacing, axis=axis)) / max(power.sum(), 1e-30))
             for axis in (0, 1)
         ]
-        told = np.zeros(side * side)
+        information = np.zeros(side * side)
         for batch in batches:
             seen, places = batch.seen, batch.sum.places(number)
             past = seen.time[places] - self._middle
@@ -268,14 +268,14 @@ class Preconditioner:
                 np.round((each[places] - v * past) * (lattice.spacing / (2.0 * np.pi)) * side).astype(int) % side
                 for each, v in zip((seen.x, seen.y), speed, strict=True)
             ]
-            told += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
-        return 0.5 * side**2 * told.reshape(side, side)
+            information += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
+        return 0.5 * side**2 * information.reshape(side, side)
 
 
-def _smooth(told: Field, width: float, spacing: float) -> Field:
+def _smooth(field: Field, width: float, spacing: float) -> Field:
     """Over a Gaussian of so many metres."""
-    side = told.shape[0]
+    side = field.shape[0]
     k = fft.fftfreq(side, 1.0 / side) * spacing
     softly = np.exp(-0.5 * width**2 * k**2)
-    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(told)) * softly[:, None] * softly))
+    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(field)) * softly[:, None] * softly))
     return np.maximum(np.real(smooth), 0.0)

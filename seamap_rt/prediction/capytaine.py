@@ -157,12 +157,12 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
         if (own := stiffness[dofs.index(name), dofs.index(name)]) <= 0.0:
             notes.append(f"{name} has the stiffness {own:.3g} N m, of a boat that capsizes; check its centre of mass")
     force = force[:, np.append(columns, columns[0])].astype(np.complex128)
-    told = tuple(f"{path}: {note}" for note in notes)
-    return _Tabulated(dofs, omega, direction, mass, stiffness, added_mass, damping, force, told)
+    warnings = tuple(f"{path}: {note}" for note in notes)
+    return _Tabulated(dofs, omega, direction, mass, stiffness, added_mass, damping, force, warnings)
 
 
 def _one_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dataset, tuple[str, ...], bool]:
-    """What of a file is one body's, the names of its degrees of freedom, and whether there are several bodies."""
+    """One body's part of a file, the names of its degrees of freedom, and whether there are several bodies."""
     among = {name: [str(each) for each in np.atleast_1d(held[name])] if name in held else [] for name in _DOFS}
     every = [each for each in among[_DOFS[0]] if each in among[_DOFS[1]]]
     bodies = list(dict.fromkeys(each.rpartition("__")[0] for each in every))

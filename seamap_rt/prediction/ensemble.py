@@ -4,7 +4,7 @@ was, are fitted as it was, and are missed by what the fit leaves open (perturbed
 
 A sample is of the long waves, which hold nearly all of the sea, and of one observation in a few that counts for all of
 them: its errors are those of the whole fit to a tenth, for a fifth of its cost. Each turn adds one sample to those of
-the turns before it: what is open depends on mast, sea and noise, which hardly change in some turns, and is told in the
+the turns before it: what is open depends on mast, sea and noise, which hardly change in some turns, and is set in the
 antennas' frame.
 """
 
@@ -77,7 +77,7 @@ class Ensemble:
         return tuple(self._members)
 
     def solve(self, fit: Fit, issued: float, workers: Executor) -> None:
-        """Settles the fit and advances beside it: while one gathers what the workers made, they work for the other."""
+        """Solves the fit and advances beside it: while one gathers what the workers made, they work for the other."""
         fit.update_weights()
         with ThreadPoolExecutor(1) as beside:
             advanced = beside.submit(self.advance, fit, issued, workers)

@@ -18,7 +18,7 @@ from .observations import Observations
 from .spectrum import Field, Lattice, Spectrum, lattices
 from .wave_sum import WaveSum
 
-_TOLD = 0.999  # of what the observations tell lies within the reach
+_REACH_SHARE = 0.999  # of what the observations tell lies within the reach
 _NEW_SEA = 1.3  # ratio of peak periods from which on the lattices are made anew
 _SPAN_S = 2.5  # of a batch: in longer ones too many terms follow the time
 _BENDS: tuple[Callable[[Lattice], Field], ...] = (
@@ -44,10 +44,10 @@ class Fit:
     def anew(cls, spectrum: Spectrum, seen: Sequence[Observations], seconds: float, centre: tuple[float, float]) -> Fit:
         """For observations like these. seconds: from the first of them to the last forecast."""
         distance = np.concatenate([np.hypot(each.x - centre[0], each.y - centre[1]) for each in seen])
-        told = np.concatenate([1.0 / (each.std**2 + _LEFT * spectrum.variance) for each in seen])
+        information = np.concatenate([1.0 / (each.std**2 + _LEFT * spectrum.variance) for each in seen])
         order = np.argsort(distance)
-        share = np.cumsum(told[order]) / told.sum()
-        reach = float(distance[order][np.searchsorted(share, _TOLD)]) if distance.size else 100.0
+        share = np.cumsum(information[order]) / information.sum()
+        reach = float(distance[order][np.searchsorted(share, _REACH_SHARE)]) if distance.size else 100.0
         return cls(spectrum, lattices(spectrum, reach, seconds), reach, centre)
 
     def shares(self, field: WaveField) -> bool:
@@ -97,7 +97,7 @@ class Fit:
 
     @property
     def turns(self) -> int:
-        """That told something; numbers below 0 are not of turns."""
+        """That gave observations; numbers below 0 are not of turns."""
         return sum(1 for number, parts in self.batches.items() if parts and number >= 0)
 
     @property
@@ -240,8 +240,8 @@ class Fit:
 
 def _middle(batches: Sequence[Batch]) -> float:
     """s, mean time of the observations of some batches, as they count."""
-    told = sum(float(batch.weight.sum()) for batch in batches)
-    return sum(float(np.sum(batch.weight * batch.seen.time)) for batch in batches) / told
+    total = sum(float(batch.weight.sum()) for batch in batches)
+    return sum(float(np.sum(batch.weight * batch.seen.time)) for batch in batches) / total
 
 
 def _in_time(seen: Observations) -> list[Observations]:

@@ -1,4 +1,4 @@
-"""What later turns tell of a fit: how large the errors of its forecasts are, and how waves run otherwise than was told.
+"""What later turns tell of a fit: how large the errors of its forecasts are, how waves run otherwise than assumed.
 
 What a turn sees, less what an earlier field forecast for it, holds the forecast's error and the observation's own. The
 observations of looks that do not overlap err independently, but a forecast's error is that of waves, and spans them: so
@@ -8,7 +8,7 @@ the covariance of such differences between looks a few metres apart is that of t
 Of a fit whose observations are from about t₀, a current U that it does not have leaves −(t − t₀) U·∇η of what comes at
 t, and so does amplitude dispersion with Δω in place of k·U for each wave (`physics.amplitude_dispersion`). Residuals of
 each new turn are regressed on both together, for a current does to waves of one length what the other does, and the
-lengths tell them apart; where a current alone is far off it is put right first. What is told of the current is where
+lengths tell them apart; where a current alone is far off it is put right first. What is known of the current is where
 the search begins.
 """
 
@@ -34,19 +34,19 @@ _ABREAST = 0.75  # m, of distance from the antennas: the same gate, or nearly
 _FARTHEST_M = 5.0  # that two looks of a pair are apart
 _PAIRS = 40  # for which the stated covariance is worked out
 _NEARBY_M = 80.0  # within which looks are compared: farther out they lie too far apart
-_FEWEST_PAIRS = 200  # pairs of looks, for their covariance to be told from its chance
+_FEWEST_PAIRS = 200  # pairs of looks, for their covariance to stand out from its chance
 _AGO = 15  # fields before a turn, of which it is compared with one: half as far ahead as forecasts are for
-_SOONER = 3  # of that, each second turn: what does not grow with time is told apart from what does
-_FORGOTTEN = 0.9  # of what turns told, from one to the next
-_KEPT = 40  # of what they told: what is older counts for a hundredth
+_SOONER = 3  # of that, each second turn: this separates what grows with time from what does not
+_FORGOTTEN = 0.9  # of the weight of samples, from one turn to the next
+_KEPT = 40  # samples: what is older counts for a hundredth
 
 
 class Innovations:
-    """What the last turns told of the errors of fields before them."""
+    """Errors of earlier fields, as the last turns show them."""
 
     def __init__(self, seed: int = 0) -> None:
         self._before: deque[WaveField] = deque(maxlen=_AGO)
-        self._told: deque[ErrorSample] = deque(maxlen=_KEPT)
+        self._samples: deque[ErrorSample] = deque(maxlen=_KEPT)
         self._stream = np.random.default_rng(seed)
 
     def remember(self, field: WaveField) -> None:
@@ -55,8 +55,8 @@ class Innovations:
 
     def compare(self, fit: Fit, number: int) -> None:
         """Takes up what one turn tells of an earlier field that rests on not much less than the fit."""
-        for n, each in enumerate(self._told):
-            self._told[n] = replace(each, weight=_FORGOTTEN * each.weight)
+        for n, each in enumerate(self._samples):
+            self._samples[n] = replace(each, weight=_FORGOTTEN * each.weight)
         rows = enumerate(reversed(self._before), 1)
         ago = max((n for n, each in rows if 2 * each.turns >= fit.turns and fit.shares(each)), default=0)
         if number % 2:
@@ -74,11 +74,11 @@ class Innovations:
             if known > 0.0:
                 lapse = float(batch.seen.time.mean()) - earlier.model_error.since
                 drifted = lapse**2 * weight_of_groups(waves, pairs, known)
-                self._told.append(ErrorSample((found - stated) / known, stated / known, drifted))
+                self._samples.append(ErrorSample((found - stated) / known, stated / known, drifted))
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""
-        return likely(self._told, fit.spectrum, fit.middle)
+        return likely(self._samples, fit.spectrum, fit.middle)
 
 
 def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:
@@ -135,18 +135,18 @@ def compared(
 
 _TELLING = 0.03  # m/s: of less a forecast half a minute ahead hardly knows
 _SURE = 6.0  # standard errors of residuals that err independently; neighbouring ones, and turns, err alike
-_RIDGE = 0.02  # of the evidence along the waves: the current across them is told by few of them
+_RIDGE = 0.02  # of the evidence along the waves: few of them show the current across
 _FEWEST_TURNS = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
 _FAR = 0.2  # m/s: waves that lay so far off were fitted badly, short ones worst: what they said is of no use any more
-_MOST = 1.5  # of amplitude dispersion: a spectrum that is told a third too low is put right too
+_MOST = 1.5  # of amplitude dispersion: a spectrum that is given a third too low is put right too
 _STEP = 0.1  # of it, that is worth a new fit: on a sea of Hs/λ 1/20 0.04 rad in half a minute
-_UNKNOWN = 0.5  # of it, before any turn has told: on gentle seas and shallow water none ever does
+_UNKNOWN = 0.5  # of it, before the first comparison: on gentle seas and shallow water none ever does
 _DOUBT = 0.01  # of its evidence: a current explains nearly the same, and is what is believed where either would do
 
 
 class Drift:
-    """What is known of a current beside the one that was told, m/s east and north, and of the share of amplitude
+    """What is known of a current beside the one that was given, m/s east and north, and of the share of amplitude
     dispersion that waves run by. amplitude_dispersion: that share, where it is known."""
 
     def __init__(self, amplitude_dispersion: float | None = None) -> None:
@@ -156,7 +156,7 @@ class Drift:
 
     @property
     def current(self) -> NDArray[np.float64]:
-        """m/s (2,), beside the one that was told."""
+        """m/s (2,), beside the one that was given."""
         return self._ways[:2]
 
     @property
@@ -164,10 +164,10 @@ class Drift:
         """The share that waves run by."""
         return float(self._ways[2])
 
-    def water(self, told: Water) -> Water:
+    def water(self, assumed: Water) -> Water:
         """The water as it runs."""
-        east, north = (float(a + b) for a, b in zip(told.current, self.current, strict=True))
-        return replace(told, current=(east, north))
+        east, north = (float(a + b) for a, b in zip(assumed.current, self.current, strict=True))
+        return replace(assumed, current=(east, north))
 
     def learn(self, fit: Fit, number: int) -> bool:
         """Takes up what a turn that the fit does not rest on yet says; whether the waves run otherwise now."""

@@ -14,7 +14,7 @@ same everywhere. A wave whose frequency is wrong by δ is wrong in phase by δτ
 has wrong is 2 − 2 cos δτ of its variance, or 2 − 2 exp(−½ δ²τ²) where δ is normal. What does not grow with time, bound
 waves say, is a share of its own.
 
-How large δ is on a sea of waves is known before any turn has told. A group of complex envelope A and wavenumber k runs
+δ on a sea of waves is known before the first comparison. A group of complex envelope A and wavenumber k runs
 by ½ k² |A|² ω faster than low waves do (Stokes 1847). On a Gaussian sea of variance m, of ⟨|A|²⟩ = 2m, that moves
 waves as 2 k² m ω would in the mean over their energy, which amplitude dispersion is (`physics.amplitude_dispersion`).
 What is left of it, ½ k² ω (|A|² − 4m) A, has the variance (½ k² ω)² times ⟨|A|⁶⟩ − 8m ⟨|A|⁴⟩ + 16m² ⟨|A|²⟩ = 16 m³
@@ -201,8 +201,8 @@ class Knowledge:
         return total, np.abs(both)
 
 
-_STILL = 0.015  # of what is known, before any turn has told: as it was on seas of waves of Airy
-_TRUSTED = 0.2  # turns that what is taken before any has told counts for
+_STILL = 0.015  # of what is known, before the first comparison: as it was on seas of waves of Airy
+_TRUSTED = 0.2  # turns that the value of before the first comparison counts for
 _SLOW = 0.004  # rad/s, within which no first guess of the drift is sure: a tenth of a radian in half a minute
 _LEAST = 1e-4  # of what is known, that no turn tells
 _PASSES = 8  # of the weights, which follow what is found
@@ -219,7 +219,7 @@ class ModelError:
 
     @classmethod
     def expected(cls, spectrum: Spectrum) -> ModelError:
-        """Of a sea of which no turn has told yet."""
+        """Of a sea before the first comparison."""
         return cls(_STILL, scatter(spectrum))
 
     def share(self, time: Field, height: Field) -> Field:
@@ -250,8 +250,8 @@ def scatter(spectrum: Spectrum) -> float:
 
 @dataclass(frozen=True)
 class ErrorSample:
-    """What one turn told of an earlier field: the share of what that knew that it had wrong, and the share that it said
-    was open; what it should have wrong for each (rad/s)² of drift [s²]; and how much that counts, in turns."""
+    """What one turn showed of an earlier field: the share of its knowledge that was wrong, and the share that it held
+    open; what it should have wrong for each (rad/s)² of drift [s²]; and how much that counts, in turns."""
 
     wrong: float
     open: float
@@ -259,14 +259,16 @@ class ErrorSample:
     weight: float = 1.0
 
 
-def likely(told: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
-    """The model error of waves seen at `since` [s] by all that was told: least squares, in which shares err by as much
-    as they are, also what is taken before any turn has told."""
+def likely(samples: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
+    """The model error of waves seen at `since` [s] by all samples: least squares, in which shares err by as much as
+    they are, also what is taken before the first sample."""
     before = ModelError.expected(spectrum)
     first = np.array([before.still, before.drift**2])
     doubt = np.array([0.0, _SLOW**2])
-    rows = np.array([(1.0, each.drifted) for each in told]).reshape(-1, 2)
-    wrong, opened, weight = (np.array([getattr(each, name) for each in told]) for name in ("wrong", "open", "weight"))
+    rows = np.array([(1.0, each.drifted) for each in samples]).reshape(-1, 2)
+    wrong, opened, weight = (
+        np.array([getattr(each, name) for each in samples]) for name in ("wrong", "open", "weight")
+    )
     found = first
     for _ in range(_PASSES):
         loose = np.diag(np.sqrt(_TRUSTED) / (np.maximum(first, found) + doubt))

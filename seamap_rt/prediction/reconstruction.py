@@ -232,8 +232,8 @@ def issue(
     lead = np.arange(0.0, settings.lead_s + _FINE_S, _FINE_S) if lead_s is None else np.asarray(lead_s, np.float64)
     heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
     made = forecast(field, at, lead, vessel=vessel, heading_deg=heading, speed_m_s=speed, draws=0)
-    if told := vessel_notes(vessel):
-        made.attrs["vessel_notes"] = "; ".join(told)
+    if notes := vessel_notes(vessel):
+        made.attrs["vessel_notes"] = "; ".join(notes)
     limits = settings.quiet.limits
     if limits:
         last = max(settings.lead_s, settings.quiet.duration_s)

@@ -26,7 +26,7 @@ _WIDTH_DEG = 12.0  # that directions are smoothed by: what a few turns of some h
 _WIDTH_RINGS = 1.5
 _ALL_ROUND = 0.03  # of each ring's variance, from all sides: waves that a map's own spectrum cannot exclude
 _TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
-_TOLD = 0.6  # of waves' variance, that cells hold: of shorter ones what is put back is noise's as well
+_RESOLVED = 0.6  # of waves' variance, that cells hold: of shorter ones what is put back is noise's as well
 _STANDS_OUT, _STRONG = 1.25, 0.15  # over the valley beside it, and of the greatest: the peak of waves of their own
 
 
@@ -143,7 +143,7 @@ def spectrum_of_turns(
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.where(ring[:, None] > 0.0, table / ring[:, None], 0.0)
-    edge = min(_TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))], max(_last_told(each) for each in known))
+    edge = min(_TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))], max(_last_resolved(each) for each in known))
     core = (k > 0.7 * edge) & (k < edge)
     level = float(np.mean(ring[core] * k[core] ** 4)) if core.any() else 0.0
     tail = k >= edge
@@ -176,16 +176,16 @@ def _last_peak(power: Field) -> int:
     return int(find_peaks(level, height=np.log(least), prominence=np.log(_STANDS_OUT))[0][-1]) - 1
 
 
-def _last_told(turn: TurnSpectrum) -> float:
+def _last_resolved(turn: TurnSpectrum) -> float:
     """rad/m: of the shortest waves that a turn's cells tell."""
-    return float(np.max(turn.spectrum.ring_wavenumber[turn.transfer > _TOLD], initial=0.0))
+    return float(np.max(turn.spectrum.ring_wavenumber[turn.transfer > _RESOLVED], initial=0.0))
 
 
 def _polar(turn: TurnSpectrum, k: Field, toward: Field) -> Field:
     """One turn's modes on the table's entries, as densities [m⁴] up to a factor."""
     modes, rings, ways = turn.spectrum, k.size, toward.size
     ring = np.rint(np.log(modes.wavenumber / k[0]) / np.log(k[1] / k[0])).astype(int)
-    inside = (ring >= 0) & (ring < rings) & (modes.wavenumber < _last_told(turn))
+    inside = (ring >= 0) & (ring < rings) & (modes.wavenumber < _last_resolved(turn))
     way = np.rint(modes.toward[inside] / (2.0 * np.pi) * ways).astype(int) % ways
     entry, power = ring[inside] * ways + way, modes.power[inside]
     table = np.bincount(entry, power, rings * ways).reshape(rings, ways)

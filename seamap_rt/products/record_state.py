@@ -52,15 +52,15 @@ def state_file(folder: Path) -> Path:
     return folder / ".recorded_sea.state.npz"
 
 
-def save_state(folder: Path, told: Mapping[str, Any], at: RecordState) -> None:
-    """Write the state, whole or not at all. told: what the record says of itself."""
+def save_state(folder: Path, attributes: Mapping[str, Any], at: RecordState) -> None:
+    """Write the state, whole or not at all. attributes: what the record says of itself."""
     path = state_file(folder)
     part = path.with_name(f"{path.name}.part")
     state = at.state
     with part.open("wb") as file:
         np.savez(
             file,
-            told=np.array(_plain(told)),
+            told=np.array(_plain(attributes)),
             elevation=state.elevation,
             potential=state.potential,
             of_state=np.array([state.time, state.energy, state.broken]),
@@ -69,7 +69,7 @@ def save_state(folder: Path, told: Mapping[str, Any], at: RecordState) -> None:
     os.replace(part, path)
 
 
-def load_state(folder: Path, told: Mapping[str, Any]) -> RecordState:
+def load_state(folder: Path, attributes: Mapping[str, Any]) -> RecordState:
     """What was kept. InputError where it is damaged, or of another record than the one that is asked for."""
     path = state_file(folder)
     try:
@@ -80,7 +80,7 @@ def load_state(folder: Path, told: Mapping[str, Any]) -> RecordState:
         state = State(time, stored["elevation"], stored["potential"], energy, broken)
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
-    now = json.loads(_plain(told))
+    now = json.loads(_plain(attributes))
     other = [name for name in now if before.get(name) != now[name]]
     if other:
         raise InputError(
@@ -89,5 +89,5 @@ def load_state(folder: Path, told: Mapping[str, Any]) -> RecordState:
     return RecordState(state, **{**numbers, "frames": int(numbers["frames"])})
 
 
-def _plain(told: Mapping[str, Any]) -> str:
-    return json.dumps(dict(told), allow_nan=True, sort_keys=True)
+def _plain(attributes: Mapping[str, Any]) -> str:
+    return json.dumps(dict(attributes), allow_nan=True, sort_keys=True)

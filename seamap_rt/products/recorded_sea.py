@@ -51,13 +51,13 @@ class RecordedSea:
 
     def headline(self) -> str:
         """Height, energy and breaking in one line."""
-        told = self.attributes
+        attr = self.attributes
         return (
-            f"Hs {told['significant_wave_height_m']:.3f} m over the record, "
-            f"{told['significant_wave_height_asked_m']:.3f} m of the linear waves that it began as; "
-            f"skewness {told['elevation_skewness']:.3f}; energy changed by {told['energy_change']:.2%} in the record, "
-            f"breaking took {told['energy_broken']:.2%} ({told['energy_broken_since_start']:.2%} since its start), "
-            f"{told['energy_drift']:.1e} is neither"
+            f"Hs {attr['significant_wave_height_m']:.3f} m over the record, "
+            f"{attr['significant_wave_height_asked_m']:.3f} m of the linear waves that it began as; "
+            f"skewness {attr['elevation_skewness']:.3f}; energy changed by {attr['energy_change']:.2%} in the record, "
+            f"breaking took {attr['energy_broken']:.2%} ({attr['energy_broken_since_start']:.2%} since its start), "
+            f"{attr['energy_drift']:.1e} is neither"
         )
 
 
@@ -139,10 +139,10 @@ def write_recorded_sea(
     say, folder = progress or silent, Path(out)
     say("preparing the sea")
     frames = _frames(scene, times, order, spacing)
-    told = _told(scene, frames, times)
+    attributes = _attributes(scene, frames, times)
     if resume:
         with held_folder(_existing(folder), "--out"):
-            return _written(folder, frames, told, load_state(folder, told), say)
+            return _written(folder, frames, attributes, load_state(folder, attributes), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
             f"--out = '{folder}': holds a recorded sea that was not finished; --resume goes on with it, --overwrite "
@@ -152,7 +152,7 @@ def write_recorded_sea(
         refuse_if_too_large(folder, frames.seconds.size, frames.points, RECORD)
         clear_folder(folder, PRODUCTS)
         state_file(folder).unlink(missing_ok=True)
-        return _written(folder, frames, told, None, say)
+        return _written(folder, frames, attributes, None, say)
 
 
 def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Frames:
@@ -181,7 +181,7 @@ def _existing(folder: Path) -> Path:
     return folder
 
 
-def _told(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
+def _attributes(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
     """What the file says from the beginning. A record goes on only with the same."""
     plan = frames.plan
     evolution = plan.evolution(float(frames.seconds[0]), frames.interval)
@@ -228,7 +228,7 @@ class _Pace:
 
 
 def _written(
-    folder: Path, frames: _Frames, told: dict[str, Any], begun: RecordState | None, say: Progress
+    folder: Path, frames: _Frames, attributes: dict[str, Any], begun: RecordState | None, say: Progress
 ) -> RecordedSea:
     """All frames that are missing, one by one, each with the state from which the next can go on."""
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
@@ -242,7 +242,7 @@ def _written(
         ):
             whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
             with telling_what_is_left(lambda: f"{file.complete} {whole}"):
-                at = _recorded(file, folder, frames, told, at, pace)
+                at = _recorded(file, folder, frames, attributes, at, pace)
                 file.annotate(_found(at, evolution))
     except FloatingPointError as error:
         state_file(folder).unlink(missing_ok=True)
@@ -257,31 +257,31 @@ def _written(
             f"--out = '{folder}': what is there cannot be gone on with ({error}); run it again with --overwrite"
         ) from None
     state_file(folder).unlink(missing_ok=True)
-    return RecordedSea(path, told | _found(at, evolution), _notes(frames))
+    return RecordedSea(path, attributes | _found(at, evolution), _notes(frames))
 
 
 def _recorded(
-    file: AppendableNetCDF, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+    file: AppendableNetCDF, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
     steps = round(frames.interval / evolution.step)
     if not at.frames:
         with uninterrupted():
-            save_state(folder, told, at)  # from here on an interruption leaves what --resume goes on from
-        at = _before(evolution, folder, frames, told, at, pace)
+            save_state(folder, attributes, at)  # from here on an interruption leaves what --resume goes on from
+        at = _before(evolution, folder, frames, attributes, at, pace)
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state
         frame = frames.frame(state, at.frames)
         at = at.with_frame(state, frame["elevation"].values, evolution)
         with uninterrupted():
-            file.append(frame.assign_attrs(told))
-            save_state(folder, told, at)
+            file.append(frame.assign_attrs(attributes))
+            save_state(folder, attributes, at)
         pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
     return at
 
 
 def _before(
-    evolution: Evolution, folder: Path, frames: _Frames, told: dict[str, Any], at: RecordState, pace: _Pace
+    evolution: Evolution, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
     """The slow beginning, up to the record's first time."""
     first = float(frames.seconds[0])
@@ -290,7 +290,7 @@ def _before(
         at = replace(at, state=evolution.advanced(at.state))
         if clock.perf_counter() - stored > _KEEP_EVERY:
             with uninterrupted():
-                save_state(folder, told, at)
+                save_state(folder, attributes, at)
             stored = clock.perf_counter()
         pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     return at

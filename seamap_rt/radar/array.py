@@ -227,9 +227,9 @@ def _element(
     bandwidth_hz: float | None = None,
 ) -> Element:
     antenna = antenna_of(settings, radar.frequency_hz, radar.tilt_deg)
-    astray = squint_deg(settings, radar.frequency_hz) - common_squint_deg(radar)
-    if abs(astray) > 1e-9:
-        cut, shift = antenna.azimuth, np.sin(np.radians(astray))
+    error_deg = squint_deg(settings, radar.frequency_hz) - common_squint_deg(radar)
+    if abs(error_deg) > 1e-9:
+        cut, shift = antenna.azimuth, np.sin(np.radians(error_deg))
         antenna = replace(antenna, azimuth=lambda cosine: cut(np.asarray(cosine) - shift))
     return Element(
         antenna=antenna,

@@ -109,12 +109,12 @@ def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[
 
 
 @style.styled
-def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range_name: str = "Range (m)") -> Figure:
+def draw_errors(by_run: Mapping[str, ByRange], floors: Sequence[Curve] = (), range_name: str = "Range (m)") -> Figure:
     """Height error with what is stated of it, bias and slope error against range, of one run or of several by name.
 
     floors: what the error was to be expected to be.
     """
-    several, runs = len(told) > 1, [each for each in told.values() if each.centre_m.size]
+    several, runs = len(by_run) > 1, [each for each in by_run.values() if each.centre_m.size]
     known = any(np.isfinite(each.slope).any() for each in runs)
     figure = style.new_figure(4.75 if known else 3.66)
     left, wide = 0.62, style.WIDTH - 0.62 - 0.12
@@ -140,7 +140,7 @@ def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range
                 style.note(axes, "no cells more than half visible")
             return figure
     second.axhline(0.0, color=style.BLACK, linewidth=0.6)
-    for (name, each), colour in zip(told.items(), _OF_RUNS if several else (style.BLACK,), strict=False):
+    for (name, each), colour in zip(by_run.items(), _OF_RUNS if several else (style.BLACK,), strict=False):
         tail = f", {style.plain(name)}" if several else ""
         of_stated, stated = (colour, "stated") if several else (style.VERMILION, _STATED)
         drawn = [(each.rms, colour, "-", "o", "rms"), (each.stated, of_stated, "--", "", stated)]
@@ -196,9 +196,9 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
         for name, colour, looks in _sectors(scene, azimuth)
     ]
     drawn.append(Curve("all looks", ground, reduce.mean(visible, axis=(0, 1)), style.BLACK, "-", 1.5))
-    range_m, told = reduce.visible(metrics)
-    seen = metrics["visible"]["seen_db"] if told else None
-    shown = [each for each in told if each["level_db"] == seen]
+    range_m, known = reduce.visible(metrics)
+    seen = metrics["visible"]["seen_db"] if known else None
+    shown = [each for each in known if each["level_db"] == seen]
     drawn += [
         Curve(f"to a radar, {each['sees']} {seen:g} dB", range_m, reduce.series(each["by_range"]), hue, ":", 1.2)
         for each, hue in zip(shown, (style.BLACK, style.GREY), strict=False)
@@ -221,13 +221,13 @@ def analytic_shares(ground_m: Array, smith: Array, wagner: Array, slope: str = "
     ]
 
 
-def run_shares(told: Mapping[str, ByRange]) -> list[Curve]:
+def run_shares(by_run: Mapping[str, ByRange]) -> list[Curve]:
     """What is in sight and which cells have a height, of one run or of several by name."""
     made = []
-    for (name, each), colour in zip(told.items(), _OF_RUNS if len(told) > 1 else (style.BLACK,), strict=False):
-        tail = f", {style.plain(name)}" if len(told) > 1 else ""
+    for (name, each), colour in zip(by_run.items(), _OF_RUNS if len(by_run) > 1 else (style.BLACK,), strict=False):
+        tail = f", {style.plain(name)}" if len(by_run) > 1 else ""
         made.append(Curve(f"in sight of both antennas{tail}", each.centre_m, each.visible, colour, "-", 1.5))
-        heights = colour if len(told) > 1 else style.BLUE
+        heights = colour if len(by_run) > 1 else style.BLUE
         made.append(Curve(f"cells with a height{tail}", each.centre_m, each.answered, heights, ":", 1.5))
     return [each for each in made if np.nansum(each.y) > 0.0]
 

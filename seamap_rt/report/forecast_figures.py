@@ -163,8 +163,8 @@ def by_lead(verified: Verified) -> dict[str, Array]:
     mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
     sigma = float(np.std(truth)) or np.nan
     errors = {"found": mean - truth, "stated": std, "persistence": mean[:, :1] - truth, "climatology": truth}
-    told = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
-    return told | {"correlation": _correlation(mean, truth)}
+    relative = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
+    return relative | {"correlation": _correlation(mean, truth)}
 
 
 def _correlation(a: Array, b: Array) -> Array:
@@ -184,19 +184,19 @@ def forecast_errors(verified: Verified, lead_s: float = _LEAD_S, issue: int | No
     """
     figure = style.new_figure(4.95)
     left, right = (style.place(figure, start, 0.3, 2.85, 1.7) for start in (0.62, 4.23))
-    told, lead = by_lead(verified), verified.forecasts["lead"].values
+    relative, lead = by_lead(verified), verified.forecasts["lead"].values
     for name, colour, line in (
         ("found", style.BLUE, "-"), ("stated", style.ORANGE, "-"), ("persistence", style.GREY, "--"),
         ("climatology", style.GREY, ":"),
     ):  # fmt: skip
-        left.plot(lead, told[name], color=colour, linestyle=line, label=name)
+        left.plot(lead, relative[name], color=colour, linestyle=line, label=name)
     _mark_end(left, prediction_time(verified.forecasts.isel(issue=np.flatnonzero(warm(verified.forecasts)))))
     style.graph(left, "Lead (s)", "Rms error over σ", "(a) Error by lead, at the boat")
     left.set_ylim(bottom=0.0)
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=4, columnspacing=1.0, handlelength=1.6)
-    right.plot(lead, told["correlation"], color=style.BLUE)
+    right.plot(lead, relative["correlation"], color=style.BLUE)
     style.graph(right, "Lead (s)", "Correlation", "(b) Correlation with the sea that came")
-    right.set_ylim(min(0.0, float(np.nanmin(told["correlation"], initial=0.0))) - 0.02, 1.02)
+    right.set_ylim(min(0.0, float(np.nanmin(relative["correlation"], initial=0.0))) - 0.02, 1.02)
     _draw_in_time(style.place(figure, 0.62, 2.95, style.WIDTH - 0.74, 1.6), verified, lead_s, issue)
     return figure
 
@@ -386,20 +386,20 @@ def window_picture(windows: Windows, confidence: float) -> Picture:
     )
 
 
-def window_table(told: Mapping[str, Any] | None) -> list[Table]:
+def window_table(scores: Mapping[str, Any] | None) -> list[Table]:
     """What metrics.json says of quiet windows; none if the run had none."""
-    if not told:
+    if not scores:
         return []
     rows = [
-        ["Windows", str(told["windows"])],
-        ["Quiet", percent(told["quiet_share"])],
-        [f"Called at {told['confidence']:.0%}", str(told["called"])],
-        ["Called ones that were quiet", percent(told["right"])],
-        ["Quiet ones that were called", percent(told["found"])],
-        ["Area under hits against false alarms", digits(told["area"], 3)],
-        ["… of persistence", digits(told["persistence_area"], 3)],
-        ["Mean square error of probabilities", digits(told["brier"], 3)],
-        ["… of climatology", digits(told["climatology_brier"], 3)],
+        ["Windows", str(scores["windows"])],
+        ["Quiet", percent(scores["quiet_share"])],
+        [f"Called at {scores['confidence']:.0%}", str(scores["called"])],
+        ["Called ones that were quiet", percent(scores["right"])],
+        ["Quiet ones that were called", percent(scores["found"])],
+        ["Area under hits against false alarms", digits(scores["area"], 3)],
+        ["… of persistence", digits(scores["persistence_area"], 3)],
+        ["Mean square error of probabilities", digits(scores["brier"], 3)],
+        ["… of climatology", digits(scores["climatology_brier"], 3)],
     ]
     return [Table("Quiet windows", ("Figure", "Value"), rows, "Of all windows that end within a forecast's leads.")]
 
@@ -434,9 +434,9 @@ def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
 
 def _draw_probabilities(axes: Axes, classes: Sequence[Class], bands: bool) -> None:
     axes.plot([0.0, 1.0], [0.0, 1.0], "--", color=style.GREY)
-    told, found = ([getattr(each, name) for each in classes] for name in ("stated", "found"))
+    stated, found = ([getattr(each, name) for each in classes] for name in ("stated", "found"))
     band = [[each.found - each.low for each in classes], [each.high - each.found for each in classes]]
-    axes.errorbar(told, found, band if bands else None, fmt="o-", color=style.BLUE, capsize=3)
+    axes.errorbar(stated, found, band if bands else None, fmt="o-", color=style.BLUE, capsize=3)
     for each in classes:
         place = (each.stated, each.found)
         axes.annotate(str(each.count), place, textcoords="offset points", xytext=(5, -9), fontsize="small")

@@ -36,10 +36,14 @@ def run_line(scene: Scene) -> str:
 
 def verdict(metrics: Mapping[str, Any]) -> str:
     """What the radar does of this sea, in a sentence; empty where the metrics do not say."""
-    told, overall = (metrics.get(name) or {} for name in ("measured", "overall"))
-    if not isinstance(told, Mapping) or not isinstance(overall, Mapping) or told.get("fully_measured_radius_m") is None:
+    measured, overall = (metrics.get(name) or {} for name in ("measured", "overall"))
+    if (
+        not isinstance(measured, Mapping)
+        or not isinstance(overall, Mapping)
+        or measured.get("fully_measured_radius_m") is None
+    ):
         return ""
-    reach, radius = told["reach_m"], told["fully_measured_radius_m"]
+    reach, radius = measured["reach_m"], measured["fully_measured_radius_m"]
     if not reach:
         why = "its heights are no better than the mean level at any range"
         if overall.get("cells") == 0 and overall.get("visible_fraction") is not None:
@@ -47,19 +51,21 @@ def verdict(metrics: Mapping[str, Any]) -> str:
         return f"This radar hardly measures this sea: {why}."
     error = overall.get("height_rmse_m")
     heights = f", their height to {_centimetres(error)}" if error is not None else ""
-    missed = told.get("missed_share")
+    missed = measured.get("missed_share")
     band = overall.get("range_m")
     at = f" at {band[0]:.0f} to {band[1]:.0f} m" if band else ""
     blank = f"; it misses {percent(missed)} of the cells{at}" if missed is not None else ""
-    gross = told.get("gross_share") or 0.0
+    gross = measured.get("gross_share") or 0.0
     wrong = (
         f", and {percent(gross)} of its heights are wrong by more than half the wave height" if gross > _GROSS else ""
     )
-    more = "more than " if told.get("reach_to_the_end") else ""
-    return (
-        f"Sees the waves out to {more}{reach:.0f} m{heights}: as much as a perfect map of {radius:.0f} m radius"
-        f"{blank}{wrong}."
-    )
+    more = "more than " if measured.get("reach_to_the_end") else ""
+    return f"Sees the waves out to {more}{reach:.0f} m{heights}: {worth_in_words(radius)}{blank}{wrong}."
+
+
+def worth_in_words(radius_m: float) -> str:
+    """What a fully measured radius means."""
+    return f"in all as much as a map without gaps or errors out to {radius_m:.0f} m (fully measured radius)"
 
 
 def _centimetres(metres: float) -> str:
@@ -122,11 +128,11 @@ def headline(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The figures at the top of the page: label and value."""
     overall = metrics.get("overall")
     overall = overall if isinstance(overall, Mapping) else {}
-    told = metrics.get("measured")
-    told = told if isinstance(told, Mapping) else {}
+    measured = metrics.get("measured")
+    measured = measured if isinstance(measured, Mapping) else {}
     return [
-        ("Fully measured radius", _whole_metres(told.get("fully_measured_radius_m"))),
-        ("Reach", _whole_metres(told.get("reach_m"))),
+        ("Fully measured radius", _whole_metres(measured.get("fully_measured_radius_m"))),
+        ("Reach", _whole_metres(measured.get("reach_m"))),
         ("Height error, rms", metres(overall.get("height_rmse_m"))),
         ("Height error, robust", metres(overall.get("height_robust_m"))),
         ("Height bias", metres(overall.get("height_bias_m"), signed=True)),
@@ -154,14 +160,14 @@ def forecast_line(metrics: Mapping[str, Any]) -> str:
 
 def window_line(metrics: Mapping[str, Any]) -> str:
     """What quiet windows were worth, in a line; empty where none were judged."""
-    told = metrics.get("quiet_windows")
-    if not told:
+    rate = metrics.get("quiet_windows")
+    if not rate:
         return ""
-    right = f", {percent(told['right'])} of them right" if told["called"] else ""
+    right = f", {percent(rate['right'])} of them right" if rate["called"] else ""
     return (
-        f"quiet windows: {told['called']} of {told['windows']} called at {told['confidence']:.0%}{right}, "
-        f"{percent(told['found'])} of the quiet ones; area under hits against false alarms {digits(told['area'], 3)} "
-        f"(persistence {digits(told['persistence_area'], 3)})"
+        f"quiet windows: {rate['called']} of {rate['windows']} called at {rate['confidence']:.0%}{right}, "
+        f"{percent(rate['found'])} of the quiet ones; area under hits against false alarms {digits(rate['area'], 3)} "
+        f"(persistence {digits(rate['persistence_area'], 3)})"
     )
 
 

@@ -48,8 +48,8 @@ def row(name: str, value: float, error: str, source: str, says: str) -> Row:
     """error: the value's unit, "1" where there is none, and words that follow; says: how it is modelled, or why not."""
     unit, words = error.split(" ", 1)
     amount = f"{float(f'{value:.2g}'):g}" + ("" if unit == "1" else f" {unit}")
-    told = "nothing" if unit == "m" and value == 0.0 else f"{amount} {words}"
-    return {"what": name, "why": says, "error": told, "value": value, "unit": unit, "source": source}
+    cost = "nothing" if unit == "m" and value == 0.0 else f"{amount} {words}"
+    return {"what": name, "why": says, "error": cost, "value": value, "unit": unit, "source": source}
 
 
 _TURN = ("sea", "mesh", "trace", "objects", "echoes")  # what a simulated turn waits for
@@ -69,7 +69,7 @@ _ONCE = {"scattering": "calibrate"}
 
 
 def costed(rows: Rows, timing: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The rows with `cost` in words, and `cost_s` [s] and `cost_share` of a turn where they can be told apart.
+    """The rows with `cost` in words, and `cost_s` [s] and `cost_share` of a turn where they can be separated.
 
     timing: {"first": {stage: s}, "warm": {stage: s} or None}, of which the warm turns count if there are any.
     """

@@ -91,8 +91,8 @@ def _account(entries: Any, columns: Mapping[str, str]) -> list[Table]:
     """What the metrics say of a list of mappings or of plain sentences; columns: heads by the mappings' keys."""
     rows = []
     for entry in entries if isinstance(entries, list | tuple) else ():
-        told = entry if isinstance(entry, Mapping) else {"what": str(entry)}
-        rows.append([str(told.get(name) or NOTHING) for name in columns])
+        fields = entry if isinstance(entry, Mapping) else {"what": str(entry)}
+        rows.append([str(fields.get(name) or NOTHING) for name in columns])
     return [Table("", list(columns.values()), rows, words=True, nothing="The metrics do not say.")]
 
 

@@ -135,24 +135,24 @@ def at_judged_ranges(tree: xr.DataTree) -> NDArray[np.bool_]:
 
 
 def judged_band(tree: xr.DataTree) -> str:
-    """What of 50 to 200 m the maps hold, in words."""
+    """The share of 50 to 200 m that the maps hold, in words."""
     band = headline_band(coordinate(tree, "polar", "range"))
     return f"{band[0]:.0f}–{band[1]:.0f} m" if band else "50–200 m, where the maps hold nothing"
 
 
 def visible(metrics: Mapping[str, Any]) -> tuple[Array, list[Mapping[str, Any]]]:
     """Ground ranges [m] and curves of `visible` in the metrics, light first; none of runs by earlier versions."""
-    told = metrics.get("visible")
-    return (series(told.get("range_m")), list(told["curves"])) if isinstance(told, Mapping) else (np.array([]), [])
+    entry = metrics.get("visible")
+    return (series(entry.get("range_m")), list(entry["curves"])) if isinstance(entry, Mapping) else (np.array([]), [])
 
 
 def half_visible_in_words(metrics: Mapping[str, Any]) -> str:
     """To how far half of the sea is visible to the radar in its own polarization, and to light."""
-    told, (_, curves) = metrics.get("visible"), visible(metrics)
-    if not isinstance(told, Mapping):
+    entry, (_, curves) = metrics.get("visible"), visible(metrics)
+    if not isinstance(entry, Mapping):
         return f"{half_visible(metrics)[1]} (light)"
-    own = {each["sees"]: each["half_visible_m"] for each in curves if each["level_db"] in (0.0, told["seen_db"])}
-    far = [(name, own.get(name)) for name in (told["polarization"], "light")]
+    own = {each["sees"]: each["half_visible_m"] for each in curves if each["level_db"] in (0.0, entry["seen_db"])}
+    far = [(name, own.get(name)) for name in (entry["polarization"], "light")]
     return ", ".join(f"{'—' if half is None else f'{half:.0f} m'} ({name})" for name, half in far)
 
 

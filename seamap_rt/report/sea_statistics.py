@@ -57,8 +57,8 @@ def sea_rows(metrics: Mapping[str, Any]) -> list[Row]:
 
 def warnings(metrics: Mapping[str, Any]) -> list[str]:
     """What a reader must know before any figure, a line each."""
-    told = (fold_warning(metrics), ground_warning(metrics), objects_warning(metrics))
-    return [*(each for each in told if each), *(metrics.get("vessel_notes") or ())]
+    notes = (fold_warning(metrics), ground_warning(metrics), objects_warning(metrics))
+    return [*(each for each in notes if each), *(metrics.get("vessel_notes") or ())]
 
 
 def fold_warning(metrics: Mapping[str, Any]) -> str | None:

@@ -187,7 +187,7 @@ def _spectra(axes: Axes, spectrum: xr.Dataset, systems: list[_System]) -> None:
 @dataclass(frozen=True)
 class Density:
     """Mean spectrum of some turns: frequency (f,) Hz, density (f,) m²/Hz; over direction bins (d,) of degrees that the
-    waves come from `directional` (f, d) m²/Hz/°, over `bins` (f,) Hz; None where directions are not told."""
+    waves come from `directional` (f, d) m²/Hz/°, over `bins` (f,) Hz; None where directions are unknown."""
 
     frequency: Array
     density: Array
@@ -215,15 +215,15 @@ def map_spectra(retrieved: Density | None, true: Density | None, of_scene: tuple
 
     of_scene: frequency [Hz] and density [m²/Hz] that the scene asks for.
     """
-    told = [(name, each) for name, each in (("True sea", true), ("By the maps", retrieved)) if each is not None]
-    roses = [(name, each, each.directional) for name, each in told if each.directional is not None]
+    given = [(name, each) for name, each in (("True sea", true), ("By the maps", retrieved)) if each is not None]
+    roses = [(name, each, each.directional) for name, each in given if each.directional is not None]
     most = max((float(directional.max()) for *_, directional in roses), default=0.0)
     figure = style.new_figure(6.5 if most > 0.0 else 2.7)
     axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.74, 1.95)
     style.graph(axes, "Frequency (Hz)", "Density (m²/Hz)", "(a) Spectrum over frequency")
     if of_scene is not None:
         axes.plot(*of_scene, color=style.GREY, linestyle=":", label="of the design")
-    for (name, each), colour in zip(told, (style.BLACK, style.VERMILION)[-len(told) :], strict=True):
+    for (name, each), colour in zip(given, (style.BLACK, style.VERMILION)[-len(given) :], strict=True):
         axes.plot(each.frequency, each.density, color=colour, label=name)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)

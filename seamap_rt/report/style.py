@@ -24,7 +24,7 @@ DPI = 130
 WIDTH = 7.2  # inches: two columns of a journal
 FONT = 7.5  # points
 
-# Okabe & Ito's palette: told apart by all common kinds of colour vision, and by lightness in print.
+# Okabe & Ito's palette: distinct in all common kinds of colour vision, and by lightness in print.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
 BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#767676"
 BLANK = "#c3c0b6"  # where the radar looked and got no height
@@ -98,18 +98,18 @@ def png(figure: Figure, dark: bool = False) -> bytes:
 def _turn_greys(figure: Figure) -> None:
     """Black is light, white is dark, and greys lie between; colours stay."""
     for artist in figure.findobj(lambda each: not hasattr(each, "patch")):  # whose colours are its patch's
-        told = {}
+        greys = {}
         for what in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
             get, put = (getattr(artist, f"{verb}_{what}", None) for verb in ("get", "set"))
             rows = to_rgba_array(get()) if get is not None and put is not None else ()
             if len(rows) == 1 and np.ptp(rows[0][:3]) == 0.0:
-                told[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
-        for put, colour in told.items():
+                greys[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
+        for put, colour in greys.items():
             put(colour)
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure, as wide as the page unless told otherwise; inches."""
+    """An empty figure, as wide as the page unless set otherwise; inches."""
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure

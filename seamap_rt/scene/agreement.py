@@ -1,4 +1,4 @@
-"""The checks across sections, in their order, and what each relies on: all that is wrong is told in one go; and the
+"""The checks across sections, in their order, and what each relies on: all that is wrong is reported at once; and the
 memory that a run takes."""
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ CHECKS = (
 def disagreements(scene: Scene, whole: bool = True) -> list[str]:
     """What is wrong between the sections of a scene, a line each. whole: False where keys are missing that it has by
     its class; then a check that asks for one cannot be made, nor those that rely on it."""
-    told: list[str] = []
+    problems: list[str] = []
     failed: set[str] = set()
     for check in CHECKS:
         if not failed.isdisjoint(check.relies_on):
@@ -83,8 +83,8 @@ def disagreements(scene: Scene, whole: bool = True) -> list[str]:
             failed.add(check.name)
         if wrong:
             failed.add(check.name)
-            told += wrong
-    return told
+            problems += wrong
+    return problems
 
 
 _BYTES_A_POINT = 100.0  # of the sea's grid

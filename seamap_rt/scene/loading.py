@@ -73,7 +73,7 @@ def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
-    """What is wrong between the sections of a scene with wrong keys, as far as it can be told without them."""
+    """What is wrong between the sections of a scene with wrong keys, as far as it can be found without them."""
     from .agreement import disagreements  # loads what computes
 
     return disagreements(without(Scene, tree, wrong), whole=False)

@@ -173,6 +173,6 @@ class Scene(InRows, Section):
     def _sections_agree(self) -> Self:
         from .agreement import disagreements
 
-        if told := disagreements(self):
-            raise InputError(*told)
+        if problems := disagreements(self):
+            raise InputError(*problems)
         return self

@@ -59,8 +59,8 @@ def _lines(scene: Scene, given: Mapping[str, Any]) -> Iterator[str]:
         written = _at(given, section.path)
         stated = list(written or ()) if section.many else [written or {}]
         if not tables or not (section.path in _ALWAYS or any(stated) or any(map(_changed, tables))):
-            told = f"{section.heading}: {_plain(section.meaning)} See seamap-rt keys {section.path}."
-            yield from ("", *(f"# {line}" for line in textwrap.wrap(told, _WIDTH - 2)))
+            comment = f"{section.heading}: {_plain(section.meaning)} See seamap-rt keys {section.path}."
+            yield from ("", *(f"# {line}" for line in textwrap.wrap(comment, _WIDTH - 2)))
             continue
         for number, table in enumerate(tables):
             if section.path:

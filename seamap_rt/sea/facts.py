@@ -1,4 +1,4 @@
-"""What of a sea is resolved, and the spectrum that was realised: expectations over realisations.
+"""The resolved part of a sea, and the spectrum that was realised: expectations over realisations.
 
 `ResolvedWaves` are a scene's resolved waves by wavenumber, and what follows from their spectrum without drawing a sea;
 means over looks and headings count all directions alike.
@@ -42,7 +42,7 @@ class ChoppyFacts:
 
 @dataclass(frozen=True)
 class Resolved:
-    """What of the sea is resolved: expectations over realisations. Shorter waves belong to the scattering model."""
+    """The resolved part of the sea: expectations over realisations. Shorter waves belong to the scattering model."""
 
     resolution_m: float  # spacing of the resolved waves' grid
     wavenumber_limit: float  # rad/m, π/resolution_m

@@ -149,8 +149,8 @@ def _ahead(simulator: Simulator, pace: Pace) -> Iterator[FinishedTurn]:
         yield _finished(last, _retrieved(simulator, last, pace.stage))
 
 
-def _retrieved(simulator: Simulator, turn: Turn, told: Callable[[str], object] | None = None) -> _Retrieved:
-    clock = Stopwatch(told=told)
+def _retrieved(simulator: Simulator, turn: Turn, on_stage: Callable[[str], object] | None = None) -> _Retrieved:
+    clock = Stopwatch(on_stage=on_stage)
     with clock("retrieve"):
         maps = retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
     return maps, clock.seconds

@@ -47,12 +47,12 @@ def retrieve_into(
     wait_s: float = 0.0,
     wind_from_deg: float | None = None,
     even_if_wrong: bool = False,
-    told: Callable[[Turn], None] = lambda _: None,
+    on_turn: Callable[[Turn], None] = lambda _: None,
 ) -> Retrieved:
     """Write maps.nc into a folder turn by turn.
 
     opened: opens the echoes; again for as long as they grow. settings: as of `retrieve`. products: files of an earlier
-    retrieval that are removed first. wait_s: how long to wait for a further turn. told: is given each turn. The
+    retrieval that are removed first. wait_s: how long to wait for a further turn. on_turn: is given each turn. The
     first two turns are inspected before anything is written: InputError for what is surely wrong, unless even_if_wrong.
     """
     turns = iter(turns_as_they_come(opened, settings, wait_s))
@@ -68,7 +68,7 @@ def retrieve_into(
     with growing(folder, (MAPS,)), AppendableNetCDF(folder / MAPS) as file:
         for turn in (*first, *turns):
             file.append(turn.maps)
-            told(turn)
+            on_turn(turn)
             echoes, count = turn.echoes, count + 1
     if count > len(first):
         with xr.open_datatree(folder / MAPS) as maps:

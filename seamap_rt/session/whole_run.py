@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..io.stream import Broadcast
     from .streaming import Format
 
-_EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
+_EACH = 4  # cells between those at which the error is stated: it changes over wavelengths
 
 
 class ForecastSink:

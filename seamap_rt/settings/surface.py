@@ -74,7 +74,7 @@ class ScatteringSettings(Section):
 
 
 class TracingSettings(Section):
-    """What of the sea each antenna sees, and how finely the sea is meshed.
+    """Which part of the sea each antenna sees, and how finely the sea is meshed.
 
     The mesh is as fine as the maps need: a model predicts what it costs them and takes the fewest facets that meet the
     errors allowed here, never coarser than the sea's own grid, a third of the radar's range cell or three columns a

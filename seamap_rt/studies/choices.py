@@ -262,7 +262,7 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
 
 
 def _seeds_in_words(difference: float) -> str:
-    """Of a difference [m] between designs over the same seas, to be told with 95 % confidence."""
+    """Of a difference [m] between designs over the same seas, to be found with 95 % confidence."""
     many = np.arange(FEWEST_SEEDS, _MOST_SEEDS + 1)
     if not np.isfinite(difference):
         return ""

@@ -209,7 +209,7 @@ class Goal:
             step = min(step, int(left * computed / spent_s)) if computed and spent_s > 0.0 else int(left > 0.0)
         return min(have + max(step, 0), max(have, MOST_SEEDS))
 
-    def told(self, have: int, confidence: float) -> str | None:
+    def reason(self, have: int, confidence: float) -> str | None:
         """How it ended, in a line; None where nothing was asked for."""
         if self.until is None:
             return None if self.budget_s is None else f"{have} seeds within the time given"

@@ -111,7 +111,7 @@ def write_trade(
     how = TradeOptions(**options)
     table = _swept(sweep, how, scheduler=scheduler)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    ended = how.told(table.sizes["seed"], least_confidence(table))
+    ended = how.reason(table.sizes["seed"], least_confidence(table))
     lines = (*sweep.notes, *((ended,) if ended else ()), *headline(table))
     return TradeProducts(folder, files, table, lines)
 
@@ -202,12 +202,12 @@ def _computed(
         if keep_table and (interrupted or isinstance(error, SchedulerLost)):
             sweep.write(_table(sweep, criterion, goal))
         if interrupted:
-            raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
+            raise KeyboardInterrupt(f"{_status(sweep)}; --resume goes on") from None
         if isinstance(error, SchedulerLost):
-            raise InputError(f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on") from None
+            raise InputError(f"--scheduler: does not answer any more; {_status(sweep)}, --resume goes on") from None
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-            told = f"{error.strerror}; {_settled(sweep)}, --resume goes on"
-            raise OSError(error.errno, told, error.filename) from None
+            message = f"{error.strerror}; {_status(sweep)}, --resume goes on"
+            raise OSError(error.errno, message, error.filename) from None
         raise
     return table
 
@@ -237,6 +237,6 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
     return len(tasks)
 
 
-def _settled(sweep: Sweep) -> str:
+def _status(sweep: Sweep) -> str:
     done = sum(outcome["status"] in ("done", "refused") for outcome in sweep.outcomes().values())
     return f"{done} of {len(sweep.points)} points are done and stay"

@@ -203,8 +203,8 @@ class Grid:
                 result.append(refusal)
         first = result[0]
         if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
-            told = f"no point of the sweep can be run, for the first: {first.problems[0]}"
-            raise InputError(told, *first.problems[1:])
+            message = f"no point of the sweep can be run, for the first: {first.problems[0]}"
+            raise InputError(message, *first.problems[1:])
         return result
 
     @property

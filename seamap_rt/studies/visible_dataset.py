@@ -259,8 +259,8 @@ def shadowing_dataset(
             units, words = _VARIABLES[plain]
             data[name].attrs = {"long_name": words} | ({"units": units} if units else {})
     freedom = f"{seeds - 1} degree{'s' if seeds > 2 else ''} of freedom"
-    told = f"95 %, Student's t over {seeds} seeds ({freedom})"
-    bands = told if seeds >= FEWEST_SEEDS else f"none, of {'one seed' if seeds == 1 else f'{seeds} seeds'}"
+    band = f"95 %, Student's t over {seeds} seeds ({freedom})"
+    bands = band if seeds >= FEWEST_SEEDS else f"none, of {'one seed' if seeds == 1 else f'{seeds} seeds'}"
     data.attrs = {
         "title": f"Visible share of the sea of scene {scene.name}",
         "bands": bands + "; neighbouring looks and ranges share crests and count as one draw",

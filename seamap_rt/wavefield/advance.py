@@ -160,14 +160,14 @@ class _Groups:
         return cls(np.stack((cell, cell + 1, cell + above, cell + above + 1)), np.stack(shares))
 
     def carried(self, field: NDArray) -> NDArray[np.float64]:
-        """What of a field (y, x) has come to each cell (y, x)."""
+        """Share of a field (y, x) that has come to each cell (y, x)."""
         rows, columns = field.shape
         come = np.bincount(self.cells.ravel(), (self.shares * field.ravel()).ravel(), (rows + 2) * (columns + 2))
         return np.asarray(come, dtype=np.float64).reshape(rows + 2, columns + 2)[1:-1, 1:-1]
 
 
 def _carried(field: NDArray, groups: list[_Groups]) -> NDArray[np.float64]:
-    """What of a field has come to each cell, the mean over several groups."""
+    """Share of a field that has come to each cell, the mean over several groups."""
     return np.mean([each.carried(field) for each in groups], axis=0)
 
 

@@ -20,7 +20,7 @@ from .wave_spectrum import Field
 
 _CLEAR_DB = 8.0  # over the noise, of the strongest range bin's heard cells: shadows leave 16 to 25, weak echoes up to 4
 _ENOUGH_DB = 6.0
-_UNHEARD_DB = 15.0  # that an echo may lack which is not heard at all: at least
+_BELOW_NOISE_DB = 15.0  # that an echo may lack which is not heard at all: at least
 _MOST = 0.5  # of the cells
 _FLAGGED = {
     "submerged": "an antenna is under water: raise radar.height_m",
@@ -71,7 +71,7 @@ def _stronger(polar: xr.Dataset, middle: float, strongest: float) -> str:
             f"the beam ({width:.0f}° wide, {tilt:.0f}° down) passes {way} the sea at {middle:.0f} m, {down:.0f}° down: "
             f"set radar.tilt_deg = {down:.0f}"
         )
-    lacks = max(_ENOUGH_DB - strongest, 3.0) if np.isfinite(strongest) else _UNHEARD_DB
+    lacks = max(_ENOUGH_DB - strongest, 3.0) if np.isfinite(strongest) else _BELOW_NOISE_DB
     return (
         f"too little power for so calm a sea so far away: raise radar.transmit_power_w by {lacks:.0f} dB or more "
         f"({10.0 ** (0.1 * lacks):.0f}-fold), or the antennas' gain"

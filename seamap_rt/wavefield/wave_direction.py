@@ -23,7 +23,7 @@ from ..radar.waveform import next_fast_len
 _FEWEST_CELLS = 100  # of a map that gives a direction
 _UNSEEN = 1e-3  # of the best seen direction's weight: below it the looks do not see one at all
 _BAND = 1.3  # ratio of wavenumbers from one band to the next
-_PASSES = 4  # the half planes turn with the directions found; they have settled by then
+_PASSES = 4  # the half planes turn with the directions found; they have converged by then
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ _BASIS = 3.0  # /R, between wavevectors that the data are reduced to
 _MODEL_KNOWN = 0.4  # of a ring's power, relative: no sea is a sum of such systems
 _LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
 _HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
-_TOLD = 0.5  # share that cells keep, of waves that are looked at
+_LEAST_TRANSFER = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.3  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
 
 
@@ -131,7 +131,7 @@ class WhittleLikelihood:
     """The likelihood of a periodogram of waves shorter than the split."""
 
     def __init__(self, given: Periodogram, split: float, water: Water) -> None:
-        used = (given.wavenumber > split) & (given.transfer > _TOLD)
+        used = (given.wavenumber > split) & (given.transfer > _LEAST_TRANSFER)
         self.given = replace(
             given,
             wavenumber=given.wavenumber[used],

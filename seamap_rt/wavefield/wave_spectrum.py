@@ -161,7 +161,7 @@ def wave_spectrum(seen: Transforms, direction: Travel, water: Water = DEEP_WATER
     for time, part in zip(seen.time.astype(np.float32), seen.values, strict=True):
         amplitude += np.exp(1j * turning * time) * part
     azimuth = np.where(forth < 0.0, azimuth + np.pi, azimuth)
-    # Longer waves than the seen circle's radius and a half are not told from a level; kx = 0 holds each wave twice.
+    # Longer waves than the seen circle's radius and a half look like a level; kx = 0 holds each wave twice.
     used = (wavenumber < _LARGEST) & (wavenumber > 4.0 / seen.reach) & ((seen.kx > 0.0) | (seen.ky > 0.0))
     power = 2.0 * np.abs(amplitude[used].astype(np.complex128) / seen.area) ** 2
     return _above_floor(wavenumber[used], azimuth[used], power, seen, water)

@@ -19,7 +19,7 @@ EXPONENT, ENHANCEMENT = (15.0, 0.8), (2.5, 0.6)  # of a system: what is usual, a
 SYSTEM_VALUES = 5  # ln variance, ln frequency, toward, ln exponent, ln enhancement
 SYSTEM_WORTH = 8.0  # of log-likelihood, for a further system
 LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
-_UNSURE = 0.2  # chance that waves run the other way, above which no way is told
+_UNSURE = 0.2  # chance that waves run the other way, above which no way is given
 _UNEVEN = 0.4  # of the chance by few waves: real seas are no sums of such systems
 _DRAWS = 32  # of the systems' values, whose mean is the expected spectrum
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with

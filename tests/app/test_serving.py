@@ -41,7 +41,7 @@ def test_it_listens_on_loopback_unless_told_otherwise() -> None:
 def test_a_folder_that_cannot_be_is_refused_by_its_option(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"--runs = .*file/runs: cannot be a folder"):
-        serve(tmp_path / "file" / "runs", port=0, host="127.0.0.1", browser=False, told=print)
+        serve(tmp_path / "file" / "runs", port=0, host="127.0.0.1", browser=False, announce=print)
 
 
 _STATIC = b"/_nicegui/3/static/"

@@ -67,7 +67,7 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Veri
     above = np.max([true[:, k : k + 9] for k in range(3)], axis=0) >= 0.3
     assert above.any()
     assert not (above & (quiet > 0.5)).any()
-    assert found.told["quiet_share"] == pytest.approx(quiet.mean())
+    assert found.scores["quiet_share"] == pytest.approx(quiet.mean())
 
 
 def test_what_is_asked_again_is_kept(folder: Path, found: Verification) -> None:

@@ -19,7 +19,7 @@ from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
 from seamap_rt.measured import CoverageProfile
 from seamap_rt.metrics import error_figures
 from seamap_rt.scene import Scene
-from seamap_rt.scene.checks.radar import told_of_record
+from seamap_rt.scene.checks.radar import record_notes
 from seamap_rt.scene.loading import scene_of
 from seamap_rt.sea import Sea, realize
 from seamap_rt.sea.recorded import first_frame
@@ -124,7 +124,7 @@ def test_it_is_known_within_its_rim_alone(path: str) -> None:
 
 def test_how_far_it_reaches_is_told_before_anything_runs(path: str) -> None:
     scene = scene_with(path, "level")
-    begins, line = told_of_record(scene.sea, scene.radar)
+    begins, line = record_notes(scene.sea, scene.radar)
     assert begins.endswith("runs from 0 s to 4.9 s; time 0 of the run is its 1 s (sea.start_s)")
     assert line.endswith(
         "reaches 52.5 m from the antenna, radar.range_m to 70 m: beyond the sea is level, and nothing there is judged"
@@ -143,7 +143,7 @@ def test_waves_too_long_for_the_patch_are_told(tmp_path: Path) -> None:
     path = write(data, tmp_path / "long.nc")
     assert recorded_sea(path).long_share == pytest.approx(0.81, abs=0.05)
     scene = scene_with(path, "level")
-    assert any("longer than its patch of 120 m" in line for line in told_of_record(scene.sea, scene.radar))
+    assert any("longer than its patch of 120 m" in line for line in record_notes(scene.sea, scene.radar))
     sea = realize(scene.sea, 1)
     assert sea.resolved.elevation_std == pytest.approx(0.5 / np.sqrt(2.0), rel=0.2)
     x, y, t = places(sea, REACH_M)

@@ -12,7 +12,7 @@ from known_waves import FRAMES, STEP_S, WAVE, dataset_of, rms, write
 from seamap_rt.errors import InputError
 from seamap_rt.report.headline import run_facts
 from seamap_rt.scene import Scene
-from seamap_rt.scene.checks.radar import told_of_record
+from seamap_rt.scene.checks.radar import record_notes
 from seamap_rt.scene.loading import scene_of
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.simulation import Simulator
@@ -86,7 +86,7 @@ def test_all_that_a_run_leaves_says_it_and_the_echoes_do_not(
     facts = run_facts(scene, simulator.sea, simulator.surface)
     assert facts["sea"]["record_start"] == words
     assert any(f"time 0 of the run is {words} of sea.file" in row["why"] for row in facts["modelled"])
-    assert any(f"time 0 of the run is its {words}" in line for line in told_of_record(scene.sea, scene.radar))
+    assert any(f"time 0 of the run is its {words}" in line for line in record_notes(scene.sea, scene.radar))
     ground = turn.truth["ground"].to_dataset().isel(turn=0)
     x, y = np.meshgrid(ground["x"], ground["y"])
     right = WAVE.elevation(x, y, ground["time"].values + since)

@@ -9,7 +9,7 @@ at 4 m/s, and may steer up to 45° to either side and slow down to a half. Each 
 most way within a limit of roll, 2.5 σ of the roll that the spectrum gives on the course that is held.
 
     hold       bound course at full speed
-    spectrum   the same advice where no phase is known, settled once
+    spectrum   the same advice where no phase is known, solved once
     advice     of a forecast with errors
     foresight  the same planner, and the sea as it comes
 
@@ -43,7 +43,7 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.physics.dispersion import DEEP_WATER
 from seamap_rt.prediction import Box, Predictor, Spectrum
 from seamap_rt.prediction.advice import advise_on, exceedances
-from seamap_rt.prediction.advice_motions import Envelope, SeaAhead, Settled, Transfers, Waves
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.vessel import Vessel
 from seamap_rt.radar.platform import BoatState
@@ -175,9 +175,9 @@ class Known:
         waves = self.errors.waves
         few = Waves(waves.kx[:GROUPS], waves.ky[:GROUPS], waves.omega[:GROUPS])
         variance = np.full(few.kx.size, 0.5 * float(np.sum(np.abs(self.sea.amplitudes) ** 2)) / few.kx.size)
-        return SeaAhead(self.sea.waves, sets, self.settle, few, variance, np.arange(GROUPS), few, variance)
+        return SeaAhead(self.sea.waves, sets, self.expect, few, variance, np.arange(GROUPS), few, variance)
 
-    def settle(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Settled:
+    def expect(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Expectation:
         """See `SeaAhead`: the best guess by truth and error together."""
         share, power = self.share(lead), np.sum(np.abs(transfers.groups) ** 2, axis=-1)
         whole = 0.5 * float(np.sum(np.abs(self.sea.amplitudes) ** 2)) / transfers.groups.shape[-1] * power

@@ -54,7 +54,7 @@ class Backend:
 
 @cache
 def prepare() -> Backend:
-    """Settle on a backend, once per process, and point Dr.Jit at it. Raises NoBackendError where there is none."""
+    """Choose a backend, once per process, and point Dr.Jit at it. Raises NoBackendError where there is none."""
     notes: list[str] = []
     news: list[tuple[Path | None, Verdict]] = []
     for candidate in _candidates(notes):
@@ -108,7 +108,7 @@ def _explain(notes: list[str]) -> str:
 
 
 def library_folders() -> list[Path]:
-    """Where a shared library may lie: the user's own choices, Python's environment, what a site has told the loader,
+    """Where a shared library may lie: the user's own choices, Python's environment, what a site has set for the loader,
     then the system, with each of Debian's, Fedora's and Gentoo's several LLVMs."""
     folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     folders += [f"{root}/lib" for root in (os.environ.get("CONDA_PREFIX"), sys.prefix) if root]

@@ -158,7 +158,7 @@ def verdict_file(candidate: Candidate) -> Path | None:
     cards = os.environ.get("CUDA_VISIBLE_DEVICES") if candidate.kind == "cuda" else None
     machine = platform.node()  # a home folder may be shared by unlike machines
     versions = package_version("drjit"), package_version("mitsuba"), sys.version
-    told = [
+    facts = [
         candidate.kind,
         str(candidate.library),
         status.st_mtime_ns,
@@ -168,7 +168,7 @@ def verdict_file(candidate: Candidate) -> Path | None:
         cards,
         TRIAL,
     ]
-    return folder / f"verdict-{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:24]}.json"
+    return folder / f"verdict-{hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:24]}.json"
 
 
 def recall(file: Path | None) -> Verdict | None:

@@ -160,7 +160,7 @@ def check_pulses_compare(radar: RadarSettings, retrieval: RetrievalSettings) -> 
     )
 
 
-_LONG = 0.05  # share of waves too long for a record's patch, from which on it is told
+_LONG = 0.05  # share of waves too long for a record's patch, from which on it is reported
 LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
 
 
@@ -225,7 +225,7 @@ def check_start(sea: SeaSettings) -> None:
         start_of(recorded_sea(sea.file), sea.start_s)
 
 
-def told_of_record(sea: SeaSettings, radar: RadarSettings) -> list[str]:
+def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     """What one should know of a recorded sea before it is run, a line each: how far it reaches, and what comes
     beyond."""
     if sea.model != "recorded":
@@ -236,28 +236,28 @@ def told_of_record(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     file = recorded_sea(sea.file)
     frame, late = start_of(file, sea.start_s)
     begin, end = file.begin_s, file.begin_s + (file.frames - 1) * file.step_s
-    told = [
+    problems = [
         f"sea.file = '{sea.file}' runs from {file.said(begin)} to {file.said(end)}; time 0 of the run is its "
         f"{file.said(begin + frame * file.step_s + late)} (sea.start_s)"
     ]
     if file.cut:
-        told.append(
+        problems.append(
             f"sea.file = '{sea.file}': {file.points} × {file.points} points of it are used, {file.side_m:.4g} m a "
             "side: the largest square without gaps at its edges"
         )
     if file.long_share > _LONG:
-        told.append(
+        problems.append(
             f"sea.file = '{sea.file}': {file.long_share:.0%} of the variance are waves longer than its patch of "
             f"{file.side_m:.4g} m: their heights are kept, how the water flows to and fro in them is not known"
         )
     if not file.periodic and file.reach_m < radar.range_m[1]:
         how = {"level": "the sea is level", "mirrored": "the patch is mirrored"}.get(sea.beyond, "it ends")
         reach = f"{file.reach_m:.4g} m from the antenna" if file.reach_m > 0.0 else "not to the antenna"
-        told.append(
+        problems.append(
             f"sea.file = '{sea.file}' reaches {reach}, radar.range_m to {radar.range_m[1]:g} m: beyond {how}, and "
             "nothing there is judged"
         )
-    return told
+    return problems
 
 
 def check_gates(radar: RadarSettings, retrieval: RetrievalSettings) -> None:

@@ -92,7 +92,7 @@ class Evolution:
 
     def advanced(self, state: State, steps: int = 1) -> State:
         """The state so many steps later. Raises FloatingPointError where the sea has no future."""
-        with np.errstate(over="ignore", invalid="ignore"):  # a sea without a future is told by its energy
+        with np.errstate(over="ignore", invalid="ignore"):  # the energy shows a sea without a future
             for _ in range(steps):
                 state = self._step(state)
         return state
