@@ -26,8 +26,8 @@ from .forecast_view import ForecastPanel, read_ahead
 from .widgets import Image, Images, draw_images
 
 if TYPE_CHECKING:
-    from .results import Source
     from .see_view import SeeView
+    from .source import Source
 
 _FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "crest_bias")
 _LEAST_SPEED = 4.0
