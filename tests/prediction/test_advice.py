@@ -11,7 +11,7 @@ from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.prediction import Box, Follower, Hull, Spectrum, WaveField, advise, countdown, forecast, turn_windows
 from seamap_rt.prediction.advice import advise_on
-from seamap_rt.prediction.advice_motions import Envelope, SeaAhead, Expectation, Transfers, Waves, shares_of
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves, shares_of
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.reconstruction import reconstruct
 from seamap_rt.settings import PredictionSettings

@@ -43,7 +43,7 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.physics.dispersion import DEEP_WATER
 from seamap_rt.prediction import Box, Predictor, Spectrum
 from seamap_rt.prediction.advice import advise_on, exceedances
-from seamap_rt.prediction.advice_motions import Envelope, SeaAhead, Expectation, Transfers, Waves
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.vessel import Vessel
 from seamap_rt.radar.platform import BoatState
