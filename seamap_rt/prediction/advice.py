@@ -71,6 +71,8 @@ def advise(
     Raises InputError for courses, limits, a mission or a number of draws that cannot be.
     """
     must_be("field", field, WaveField, "a WaveField, as reconstruct gives")
+    if not hasattr(vessel, "response"):
+        raise InputError(f"vessel = {vessel}: must be a vessel; give prediction.Box, Disc, Follower or read_capytaine")
     made = advise_on(
         SeaAhead.of(field),
         vessel,

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -178,6 +182,21 @@ def test_an_address_that_is_none_is_refused(text: str) -> None:
 def test_who_can_read_is_known(host: str, loopback: bool) -> None:
     with Broadcast(f"tcp://{host}:0") as broadcast:
         assert broadcast.loopback is loopback
+
+
+def test_the_client_of_the_readme_reads_what_is_sent() -> None:
+    readme = (Path(__file__).parents[2] / "seamap_rt" / "README.md").read_text(encoding="utf-8")
+    (client,) = re.findall(r"^```python3\n(.*?)^```$", readme, flags=re.MULTILINE | re.DOTALL)
+    with Broadcast(ANYWHERE) as broadcast:
+        port = str(address_of(broadcast.address)[1])
+        reader = subprocess.Popen(
+            [sys.executable, "-c", client.replace("8765", port)], stdout=subprocess.PIPE, text=True
+        )
+        until(lambda: broadcast.readers == 1)
+        for each in (message(turn=1, forecast=None), message(turn=2)):
+            broadcast.send(each.line())
+    said, _ = reader.communicate(timeout=60.0)
+    assert said == "turn 2: 0.40 ± 0.20 m in 0 s\n"
 
 
 # --------------------------------------------------------------------------- Signal K, facts of specification 1.8.2

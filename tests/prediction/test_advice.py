@@ -71,11 +71,13 @@ def test_a_place_on_board_moves_with_pitch_and_roll() -> None:
     """A raft's every place follows the tangent plane: forward and starboard by the slopes there."""
     waves, place = towards(35.0, np.array([PEAK])), (3.0, 1.2)
     sea, lead = sea_of(waves, np.array([0.4 + 0j]), known), np.arange(0.0, 10.1, 0.25)
-    transfers = sea.transfers([Course(0.0, 0.0)], shares_of(Follower(), Hull(place), np.inf))
-    acceleration = sea.expected(lead, transfers)[0][0, 3]
+    transfers = sea.transfers([Course(0.0, 0.0)], shares_of(Follower(), Hull(place, bow_m=5.0), np.inf))
+    acceleration, bow = sea.expected(lead, transfers)[0][0, 3:]
     plane = 1.0 + 1j * (waves.ky * place[0] + waves.kx * place[1])  # heading north: forward is north, starboard east
     expected = -(PEAK**2) * (0.4 * plane * np.exp(-1j * PEAK * lead)).real
     np.testing.assert_allclose(acceleration, expected, atol=5e-4 * 0.4 * PEAK**2)
+    over = 1.0 + 5j * waves.ky - np.exp(5j * waves.ky)  # of the tangent plane over the wave, 5 m forward
+    np.testing.assert_allclose(bow, (0.4 * over * np.exp(-1j * PEAK * lead)).real, atol=5e-4 * 0.4)
 
 
 def test_headings_mirrored_in_the_seas_direction_are_alike() -> None:
@@ -102,8 +104,9 @@ def test_chances_are_those_of_brute_force() -> None:
     error = np.sqrt(share * (1.0 - share) * (1.0 / count + 1.0 / 1000))
     assert float(made["exceedance_probability"][0, 0, 0]) == pytest.approx(share, abs=3.3 * error)
     rate = 2.0 * np.sqrt(np.mean(omega**2)) / (2.0 * np.pi) * np.exp(-0.5 * 2.2**2)
-    whole = float(made["exceedance_probability"][0, 0, 1])
-    assert whole == pytest.approx(1.0 - np.exp(-600.0 * rate), rel=1e-6)
+    rare = advise_on(sea, Follower(), np.inf, [0.0], [0.0], 30.0, draws=2, task={"limits": {"heave": 4.0 * SIGMA}})
+    rarely = rate * np.exp(0.5 * (2.2**2 - 4.0**2))
+    assert float(rare["exceedance_probability"][0, 0, 1]) == pytest.approx(1.0 - np.exp(-600.0 * rarely), rel=1e-6)
     assert 1.0 - np.exp(-30.0 * rate) == pytest.approx(share, abs=0.1 + 3.3 * error)
     rms = float(made["heave_rms"][0, 0, 0])
     assert rms == pytest.approx(SIGMA, rel=0.05)  # 1000 draws of some ten independent moments
@@ -151,6 +154,15 @@ def test_most_way_counts_where_limits_hold() -> None:
     assert made.attrs["best_heading_deg"] == made["heading"].values[inside].min()
     way = made["distance_made_good"].sel(part="seen").values[:, 0]
     np.testing.assert_allclose(way, 4.0 * 30.0 * np.cos(np.radians(made["heading"].values)), atol=1e-9)
+
+
+def test_way_counts_by_the_chance_that_limits_hold() -> None:
+    sea = sea_of(towards(90.0, np.linspace(0.8, 1.6, 40)), np.zeros(40, complex), unknown)
+    task = {"mission": "most_way", "limits": {"heave": 2.2 * SIGMA}}
+    made = advise_on(sea, Follower(), np.inf, [0.0, 60.0], [4.0], 30.0, draws=200, task=task)
+    chance, way = (made[name].values[..., 0] for name in ("exceedance_probability", "distance_made_good"))
+    assert ((chance > 0.1) & (chance < 0.9)).all()
+    np.testing.assert_allclose(made["score"], -way * (1.0 - chance), rtol=1e-12)
 
 
 # ------------------------------------------------------------------------------------------------ of a wave field
@@ -226,6 +238,8 @@ def test_advice_that_cannot_be_asked_for(field: WaveField, asked: dict[str, Any]
 
 
 def test_hulls_and_turns_that_cannot_be(field: WaveField) -> None:
+    with pytest.raises(InputError, match="vessel = None: must be a vessel"):
+        advise(field, None)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"hull\.bow_m = 0: must be finite"):
         Hull(bow_m=0.0)
     with pytest.raises(InputError, match="the turn takes 180 s"):
