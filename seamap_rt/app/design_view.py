@@ -10,7 +10,8 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from . import jobs
+from ..report.headline import worth_in_words
+from . import drawing
 from .draft import MOST_TOML, Draft
 from .form import Form
 from .safety import safe_name
@@ -263,7 +264,7 @@ class ProspectsView:
         async def drawn() -> None:
             from .prospects import design_images
 
-            self._graphs.show(await jobs.quick(design_images, found, beside, scene, self.page.dark))
+            self._graphs.show(await drawing.quick(design_images, found, beside, scene, self.page.dark))
 
         await self._easel.show("drawing the graphs …", drawn())
 
@@ -307,13 +308,13 @@ def _sentence(found: Prospects, scene: Scene) -> str:
     if not scene.sea.waves or values["hs"] <= 0.0:
         return "A flat sea: nothing hides, and nothing is there to be measured."
     if "reach" not in values:
-        return found.why_not or "Nothing is told of this design before it is run."
+        return found.why_not or "Nothing is known of this design before it is run."
     if values["reach"] <= 0.0:
         return "This radar would hardly measure this sea: its heights are no better than the mean level at any range."
     more = "more than " if found.ahead is not None and found.ahead.figures["reach_to_the_end"] else ""
     left = found.ahead.left_out if found.ahead is not None else ""
     error = f", their height to about ± {100.0 * values['error']:.0f} cm" if values.get("error", 0.0) > 0.0 else ""
     return (
-        f"Likely to measure waves out to {more}{values['reach']:.0f} m{error}: as much as a perfect map of "
-        f"{values['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
+        f"Likely to measure waves out to {more}{values['reach']:.0f} m{error}: {worth_in_words(values['radius'])}."
+        + (f" Not counted: {left}." if left else "")
     )

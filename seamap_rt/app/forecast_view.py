@@ -27,12 +27,12 @@ from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_pi
 from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
-from . import jobs
+from . import drawing
 from .widgets import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
-    from .results import Source
     from .see_view import SeeView
+    from .source import Source
 
 
 _MOST_KEPT = 8
@@ -79,7 +79,7 @@ async def verify_forecasts(folder: Path) -> Verification:
     if key is None:
         raise InputError("no finished forecasts are here")
     if key not in _KEPT or (_KEPT[key].done() and known_verification(folder) is None):
-        _KEPT[key] = asyncio.ensure_future(jobs.alone(verify_folder, folder))
+        _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return await asyncio.shield(_KEPT[key])
@@ -247,7 +247,7 @@ class ForecastPanel:
         if came is not None:
             self._fill_leads(came)
         lead = int(self._lead.value or 0)
-        shown = await jobs.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
+        shown = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
         self._past.set_visibility(shown is not None)
         if shown is None:
             self._words.set_text(

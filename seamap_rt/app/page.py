@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from ..io.scenefile import list_shipped
-from . import jobs
+from . import drawing
 from .jobs import Queue
 from .runs import kind_of
 from .safety import Roots
@@ -183,7 +183,7 @@ class Page:
         """Load the other places' views while the first one is read."""
         for module, _ in PLACES.values():
             await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
-        await jobs.slow(load, "seamap_rt.app.panels")  # and begin what draws
+        await drawing.slow(load, "seamap_rt.app.panels")  # and begin what draws
 
     def redraw_design(self) -> None:
         """The draft was changed from elsewhere."""

@@ -142,7 +142,7 @@ def _figures(
 ) -> Figures:
     if ahead is not None and ahead.figures["reach_m"] is not None:
         yield "reach", "Measures waves out to", float(ahead.figures["reach_m"]), "m", 0, 1
-        yield "radius", "As a perfect map of radius", float(ahead.figures["fully_measured_radius_m"]), "m", 0, 1
+        yield "radius", "Fully measured radius", float(ahead.figures["fully_measured_radius_m"]), "m", 0, 1
         inner = (ahead.range >= 50.0) & (ahead.range <= 200.0)
         if inner.any():
             weight = np.nan_to_num((ahead.profile["seen_fraction"] * ahead.profile["answered_fraction"])[inner])

@@ -21,9 +21,9 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ..conventions import turn_name
 from ..report import style
-from . import figures, jobs
+from . import drawing, figures
 from .maps_panel import PHONE
-from .results import Source
+from .source import Source
 from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ class SeaPanel:
         retrieved = bool(self._retrieved.value)
         if mast:
             azimuth = float(self._look.value or 0.0)
-            made = await jobs.slow(from_mast, source, turn, retrieved, azimuth)
+            made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
             self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
@@ -245,7 +245,7 @@ class SeaPanel:
             return
         page = self.view.page
         self.plot.update_figure(
-            await jobs.slow(sea_figure, source, turn, retrieved, self._camera, page.dark, page.width < PHONE)
+            await drawing.slow(sea_figure, source, turn, retrieved, self._camera, page.dark, page.width < PHONE)
         )
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "

@@ -14,23 +14,16 @@ from nicegui import ui
 
 from ..conventions import turn_name
 from ..errors import InputError
-from . import jobs
+from . import drawing
 from .figures import MapPanels
 from .forecast_view import ForecastPanel, IssuesPanel
 from .maps_panel import MapsPanel
-from .panels import (
-    GaugePanel,
-    PicturedPanel,
-    RangePanel,
-    SectionPanel,
-    ShadowingPanel,
-    StatePanel,
-    turn_csv,
-    turn_png,
-)
-from .results import MAP_VIEWS, Results, Source
+from .panels import GaugePanel, PicturedPanel, RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
+from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .sea_view import SeaPanel
+from .source import MAP_VIEWS, Source
+from .state_panel import StatePanel
 from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:
@@ -202,12 +195,12 @@ class SeeView:
         self.draw_beside(panel.show_folder(folder), self._study)
         return True
 
-    def draw_beside(self, drawing: Coroutine[Any, Any, None], name: str) -> None:
+    def draw_beside(self, shown: Coroutine[Any, Any, None], name: str) -> None:
         """A drawing of a folder without turns."""
 
         async def draw() -> None:
             try:
-                await self.easel.show(f"drawing {name} …", drawing)
+                await self.easel.show(f"drawing {name} …", shown)
             except _GONE as error:
                 self._tell(f"{name}: cannot be read: {error}")
 
@@ -273,7 +266,7 @@ class SeeView:
     async def _draw_turn(self, source: Source, view: str, turn: int) -> None:
         when = await asyncio.to_thread(source.results.time, turn)
         if view in MAP_VIEWS:
-            self._show_maps(await jobs.quick(Source.view, source, view, turn), view)
+            self._show_maps(await drawing.quick(Source.view, source, view, turn), view)
         else:
             await self._show_curves(source, view, turn)
         self._name_turn(f" · {when:.1f} s")
@@ -375,13 +368,13 @@ class SeeView:
     async def _csv(self) -> None:
         if self.source is not None:
             name = self._file("csv")
-            ui.download.content(await jobs.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
+            ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
         if self.source is not None:
             name = self._file("png")
             self._say.set_text("drawing …")
-            made = await jobs.slow(turn_png, self.source, self.tab.turn)
+            made = await drawing.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
                 ui.download.content(made, name)

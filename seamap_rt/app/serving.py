@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from . import jobs
+from . import drawing
 from .safety import COOKIE, Gate, Guard, new_token
 
 INTERRUPTED = 130
@@ -85,7 +85,7 @@ def _close(server: Any) -> None:
     last = threading.Timer(_LONGEST_END_S, os._exit, (INTERRUPTED,))
     last.daemon = True
     last.start()
-    jobs.close()
+    drawing.close()
     server.queue.close()
 
 

@@ -7,6 +7,7 @@ the sea's own directional spectrum as what is expected of them. Reads maps and o
 from .advice import advise
 from .advice_motions import Hull
 from .advice_windows import countdown, turn_windows
+from .buoy_spectrum import spectrum_of_buoys
 from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast, highest_wave, quiet_windows
@@ -34,6 +35,7 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "spectrum_of_buoys",
     "turn_windows",
     "vessel_notes",
     "vessel_of",

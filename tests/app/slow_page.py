@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from seamap_rt.app import jobs
+from seamap_rt.app import drawing
 from seamap_rt.cli import main
 
 
@@ -23,7 +23,7 @@ def late(file: str, make: Callable[..., Any], *given: Any) -> Any:
 class Late:
     """A lane that is slow."""
 
-    def __init__(self, lane: jobs.DrawingProcess, file: str) -> None:
+    def __init__(self, lane: drawing.DrawingProcess, file: str) -> None:
         self._lane, self._file = lane, file
 
     async def __call__(self, make: Callable[..., Any], *given: Any) -> Any:
@@ -32,5 +32,5 @@ class Late:
 
 if __name__ == "__main__":
     file = sys.argv.pop(1)
-    jobs.quick, jobs.slow = Late(jobs.quick, file), Late(jobs.slow, file)  # type: ignore[assignment]
+    drawing.quick, drawing.slow = Late(drawing.quick, file), Late(drawing.slow, file)  # type: ignore[assignment]
     sys.exit(main())

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.app.draft import Draft, list_sections, parts_of, scene_schema
@@ -172,7 +172,6 @@ def test_what_is_no_toml_is_refused_in_a_line(text: str, roots: Roots) -> None:
     assert "\n" not in str(refused.value)
 
 
-@settings(deadline=None)  # the first call loads what later ones have
 @given(
     st.recursive(
         st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
@@ -190,7 +189,6 @@ def test_any_value_anywhere_is_a_scene_or_a_refusal(value: Any, key: str) -> Non
     assert parts_of(draft.tree)
 
 
-@settings(deadline=None)  # the first call loads what later ones have
 @given(st.text(max_size=30))
 def test_any_text_in_a_field_is_read(text: str) -> None:
     for key in ("radar.height_m", "radar.frequency_hz", "radar.range_m"):

@@ -15,9 +15,10 @@ from pathlib import Path
 import pytest
 from made_folders import write_run
 
-from seamap_rt.app import jobs
-from seamap_rt.app.jobs import DrawingProcess
-from seamap_rt.app.results import Results, Source
+from seamap_rt.app import drawing
+from seamap_rt.app.drawing import DrawingProcess
+from seamap_rt.app.results import Results
+from seamap_rt.app.source import Source
 from seamap_rt.app.widgets import Canvas
 from seamap_rt.errors import InputError
 
@@ -90,29 +91,29 @@ def test_the_page_goes_on_while_a_process_draws_and_what_nobody_waits_for_is_nev
     async def run() -> None:
         lane = DrawingProcess()
         await lane(os.getpid)  # it has started
-        first = asyncio.ensure_future(lane(_touch, tmp_path / "first", 1.0))
+        first = asyncio.ensure_future(lane(_wait_and_touch, tmp_path / "go", tmp_path / "first"))
         await asyncio.sleep(0.1)
-        dropped = [asyncio.ensure_future(lane(_touch, tmp_path / f"dropped{i}", 0.0)) for i in range(5)]
+        dropped = [asyncio.ensure_future(lane(Path.touch, tmp_path / f"dropped{i}")) for i in range(5)]
         await asyncio.sleep(0.05)
         for each in dropped:
             each.cancel()
-        last = asyncio.ensure_future(lane(_touch, tmp_path / "last", 0.0))
-        ticks = 0
-        while not first.done():
+        last = asyncio.ensure_future(lane(Path.touch, tmp_path / "last"))
+        for _ in range(20):  # the drawing ends because the loop turns
             await asyncio.sleep(0.01)
-            ticks += 1
+        assert not first.done()
+        (tmp_path / "go").touch()
+        await first
         await last
-        assert ticks > 20  # of 90: the loop turned all the while
         assert await lane(os.getpid) != os.getpid()
 
     asyncio.run(run())
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "last"]
-    jobs.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "go", "last"]
+    drawing.close()
 
 
-def _touch(path: Path, seconds: float) -> None:
-    until = time.perf_counter() + seconds
-    while time.perf_counter() < until:
+def _wait_and_touch(awaited: Path, path: Path) -> None:
+    until = time.monotonic() + 60.0
+    while not awaited.exists() and time.monotonic() < until:
         pass
     path.touch()
 
@@ -132,12 +133,12 @@ def test_a_process_that_ends_is_said_and_the_next_drawing_has_another() -> None:
         assert await lane(os.getpid) == first
 
     asyncio.run(run())
-    jobs.close()
+    drawing.close()
 
 
 _PAGE = """
 import asyncio, os, time
-from seamap_rt.app.jobs import quick
+from seamap_rt.app.drawing import quick
 async def page():
     print(await quick(os.getpid), flush=True)
     await quick(time.sleep, 60.0)
@@ -186,4 +187,4 @@ def test_a_run_is_opened_once_in_the_process_that_draws_and_its_scales_stay(tmp_
         await lane(Source.view, source, "heights", 1)
 
     asyncio.run(run())
-    jobs.close()
+    drawing.close()

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from made_folders import maps_tree
 
-from seamap_rt.app.results import MAP_VIEWS, Results, Source
+from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs, kind_of, products_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
+from seamap_rt.app.source import MAP_VIEWS, Source
 from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
 from seamap_rt.errors import InputError
 from seamap_rt.io.turn_files import part_of

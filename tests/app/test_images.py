@@ -20,7 +20,8 @@ from PIL import Image as Opened
 from seamap_rt.app.forecast_view import read_ahead, verify_folder
 from seamap_rt.app.panels import range_pictures, read_gauges, read_shadowing
 from seamap_rt.app.prospects import _graphs, prospects
-from seamap_rt.app.results import Results, Source
+from seamap_rt.app.results import Results
+from seamap_rt.app.source import Source
 from seamap_rt.app.widgets import draw_images
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import (

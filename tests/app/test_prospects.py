@@ -71,13 +71,13 @@ def test_costs_grow_with_turns_and_gates() -> None:
 
 
 def test_it_takes_a_fraction_of_a_second() -> None:
-    """0.3 s are allowed; the best of five on a machine that others use."""
+    """0.3 s of processor time are allowed, which others on the machine do not lengthen much; the best of five."""
     seconds = []
     for height in (5.1, 5.2, 5.3, 5.4, 5.5):
         scene = load_scene("choppy_sea", {"radar.height_m": height})
-        begin = time.perf_counter()
+        begin = time.process_time()
         prospects(scene)
-        seconds.append(time.perf_counter() - begin)
+        seconds.append(time.process_time() - begin)
     assert min(seconds) < 0.3
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from seamap_rt.app.runs import PRODUCTS, products_of
@@ -55,7 +55,6 @@ _ORIGINS = (
 )
 
 
-@settings(deadline=None)  # the first call loads what later ones have
 @given(_BYTES | st.builds(b"seamap_rt=".__add__, _BYTES), _ORIGINS, _BYTES | st.builds(b"token=".__add__, _BYTES))
 def test_no_bytes_open_the_gate_or_break_it(cookie: bytes, origin: bytes, query: bytes) -> None:
     headers = [_HOST, (b"cookie", cookie), (b"origin", origin)]
@@ -72,7 +71,6 @@ def test_a_cookie_is_read_in_a_time_that_grows_with_its_length() -> None:
     assert time.process_time() - begin < 1.0
 
 
-@settings(deadline=None)
 @given(
     st.text(st.characters(exclude_categories=[]), max_size=30),
     st.sampled_from([b"", b"token=the-token", b"a=%00&token=the-token"]) | _BYTES,
@@ -244,7 +242,6 @@ def test_a_scene_that_names_a_file_elsewhere_is_refused_by_its_key(roots: Roots,
         roots.check_files({"prediction": {"vessel": {"file": "../../x"}}})
 
 
-@settings(deadline=None)  # the first call loads what later ones have
 @given(st.text(max_size=200))
 def test_a_name_from_a_browser_becomes_one_that_stays_in_its_folder(name: str) -> None:
     safe = safe_name(name)

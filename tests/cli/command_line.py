@@ -78,7 +78,7 @@ def start(*arguments: Any, **environment: str) -> subprocess.Popen[str]:
 
 
 def ended(process: subprocess.Popen[str]) -> Answer:
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=600)
     return Answer(process.returncode, out, err)
 
 

@@ -89,7 +89,7 @@ def loaded_by(*lines: str) -> dict[str, tuple[int, set[str]]]:
     the first with those of the program itself."""
     told = json.dumps([shlex.split(line) for line in lines])
     arguments = [sys.executable, "-W", "error", "-c", _TELL, told]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False)
     found = json.loads(done.stderr.splitlines()[-1])
     return {line: (code, set(modules)) for line, (code, modules) in zip(lines, found, strict=True)}
 

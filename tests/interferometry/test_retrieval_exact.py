@@ -137,7 +137,7 @@ def retrieved(case: Case, sea: Surface, **asked: object) -> Heights:
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@settings(deadline=None, max_examples=40, derandomize=True, database=None)
+@settings(max_examples=40, derandomize=True, database=None)
 @given(case=cases())
 def test_planes(estimator: str, case: Case) -> None:
     sea = case.plane
@@ -162,7 +162,7 @@ def test_planes(estimator: str, case: Case) -> None:
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@settings(deadline=None, max_examples=25, derandomize=True, database=None)
+@settings(max_examples=25, derandomize=True, database=None)
 @given(case=cases(), long=st.floats(15.0, 60.0))
 def test_long_waves(estimator: str, case: Case, long: float) -> None:
     sea = case.wave(long)

@@ -67,7 +67,7 @@ def pose_of(attitude, scan: float, tilt: float, antennas: np.ndarray, senders: t
     return LookPoses.of(pulses, dwells, (0, 1), senders, radar.sector[0])
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     attitude=st.tuples(st.floats(-15.0, 15.0), st.floats(-10.0, 10.0), st.floats(-180.0, 180.0)),
     scan=st.floats(0.0, 360.0),
@@ -351,7 +351,7 @@ def test_alternating_echoes_must_be_what_they_say() -> None:
 # ------------------------------------------------------------------------------- gates that end above the sea
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(
     attitude=st.tuples(st.floats(-15.0, 15.0), st.floats(-10.0, 10.0), st.floats(-180.0, 180.0)),
     scan=st.floats(0.0, 360.0),

@@ -170,7 +170,7 @@ def test_a_small_file_that_unpacks_to_much_is_refused(tmp_path: Path) -> None:
         read_polar_images(path)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 700), value=st.integers(0, 255))
 def test_any_changed_byte_of_the_header_is_read_or_refused(tmp_path: Path, place: int, value: int) -> None:
     content = bytearray(polar())

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.errors import InputError
@@ -83,7 +83,6 @@ def read_back(tmp_path: Path, model: Section) -> Any:
 # --------------------------------------------------------------------------------------------------- writing
 
 
-@settings(deadline=None)
 @given(
     number=st.floats(allow_nan=False),
     whole=st.integers(-(2**63), 2**63 - 1),
@@ -114,7 +113,6 @@ def test_any_value_reads_back_to_the_same_bits(
     assert ("absent" in tree) == (absent is not None)
 
 
-@settings(deadline=None)
 @given(st.floats(1e-6, 1e5), st.floats(0.3, 40.0), st.floats(-360.0, 360.0))
 def test_floats_of_a_wave_keep_their_bits(wavelength: float, period: float, direction: float) -> None:
     sea = SeaSettings(
@@ -458,7 +456,6 @@ junk = st.recursive(
 )
 
 
-@settings(deadline=None)
 @given(
     key=st.sampled_from(["sea", "radar", "sea.waves", "sea.waves.0", "radar.range_m", "radar.antenna", "sea.depth_m"])
     | st.sampled_from(["radar.noise", "radar.transmit", "sea.waves.0.spectrum", "sea.waves.0.peak_period_s"]),

@@ -28,8 +28,8 @@ def said(overall: dict[str, Any] | None = None, **changes: Any) -> str:
 
 def test_verdict_says_how_far_how_well_and_what_is_missed() -> None:
     assert said() == (
-        "Sees the waves out to 167 m, their height to ± 9 cm: as much as a perfect map of 141 m radius; it misses 28 % "
-        "of the cells at 50 to 200 m."
+        "Sees the waves out to 167 m, their height to ± 9 cm: in all as much as a map without gaps or errors out to "
+        "141 m (fully measured radius); it misses 28 % of the cells at 50 to 200 m."
     )
 
 

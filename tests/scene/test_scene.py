@@ -366,7 +366,7 @@ def test_a_high_mast_or_a_far_gate_does_not_refuse_the_default_model() -> None:
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.1, 25.0), st.sampled_from([3e9, 10e9, 35e9]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_width_that_a_narrow_beam_needs_satisfies_the_antenna_too(
     width: float, beam: float, frequency: float
 ) -> None:

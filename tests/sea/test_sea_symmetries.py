@@ -154,7 +154,7 @@ def test_a_patch_of_twice_the_size_has_the_same_statistics(name):
 
 
 @given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-HALF_DAY, HALF_DAY), st.integers(-5, 5))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_patch_repeats_itself(x, y, t, patches):
     sea = realised("elfouhaily")
     # 1e4 m of a grid of 2 m: rounding to 1e-8 of a cell, single precision of the coefficients.
@@ -291,7 +291,7 @@ def test_systems_add(model):
 
 @pytest.mark.parametrize("model", ["linear", "choppy"])
 @given(st.floats(0.0, 3.0), st.floats(-360.0, 360.0), st.floats(-100.0, 100.0))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 def test_a_current_carries_the_whole_surface_along(model, speed, toward, t):
     waves = (
         jonswap(significant_wave_height_m=0.8),

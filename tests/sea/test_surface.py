@@ -167,7 +167,7 @@ def test_a_plane_too_small_for_its_waves_is_refused():
     st.floats(-HALF_DAY, HALF_DAY),
     st.floats(-180.0, 180.0),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_sinusoid_is_its_closed_form(depth, wave_from, time, phase):
     sea = realize(sea_of(sinusoid(wave_from_deg=wave_from, phase_deg=phase), depth_m=depth), seed=1)
     k = 2.0 * np.pi / 20.0

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import butter, csd, detrend, sosfiltfilt
+from scipy.signal import butter, detrend, sosfiltfilt
 
-from seamap_rt.prediction import Observations, Spectrum, reconstruct
+from seamap_rt.prediction import Observations, Spectrum, reconstruct, spectrum_of_buoys
 from seamap_rt.settings import PredictionSettings
 
 Field = NDArray[np.float64]
@@ -30,8 +30,6 @@ WINDOW_S, EACH_S = 100.0, 11.0
 LEADS = np.arange(0.0, 21.0, 5.0)
 MEAN_OF = 10  # samples, of the buoys' 5 Hz
 HEIGHT_STD, VELOCITY_STD = 0.15, 0.15  # m, m/s: of a buoy that follows waves, and the waves that are not fitted
-SLOWEST_HZ, FASTEST_HZ = 0.05, 0.5
-SEGMENT = 256  # samples of a spectrum
 
 
 def buoys() -> xr.Dataset:
@@ -46,34 +44,11 @@ def waves(height: Field) -> Field:
 
 
 def expected_spectrum(parts: list[xr.Dataset]) -> Spectrum:
-    """The directional spectrum that buoys' velocities show, cos^2s about each frequency's own direction."""
+    """By the mean of some buoys' velocities, of as many samples each."""
     names = ("velocity_up", "velocity_east", "velocity_north")
-    cross: dict[tuple[str, str], Field] = {}
-    frequency = np.zeros(0)
-    for one in names:
-        for other in names:
-            made = []
-            for part in parts:
-                frequency, power = csd(detrend(part[one].values), detrend(part[other].values), 5.0, nperseg=SEGMENT)
-                made.append(power)
-            cross[one, other] = np.mean(made, axis=0)
-    inside = (frequency > SLOWEST_HZ) & (frequency < FASTEST_HZ)
-    up, east, north = (cross[name, name].real[inside] for name in names)
-    level = np.sqrt(up * (east + north))
-    # Water goes with the wave where it is highest, a quarter of a turn after it rises.
-    toward_x = -cross["velocity_up", "velocity_east"].imag[inside] / level
-    toward_y = -cross["velocity_up", "velocity_north"].imag[inside] / level
-    omega = 2.0 * np.pi * frequency[inside]
-    k, toward = Spectrum.even()
-    ring = omega**2 / 9.81
-    mean_x, mean_y = (np.interp(k, ring, each, 0.0, 0.0) for each in (toward_x, toward_y))
-    strength = np.clip(np.hypot(mean_x, mean_y), 0.05, 0.97)
-    s = strength / (1.0 - strength)
-    spread = np.abs(np.cos(0.5 * (toward - np.arctan2(mean_x, mean_y)[:, None]))) ** (2.0 * s[:, None])
-    spread /= spread.mean(axis=1, keepdims=True) * 2.0 * np.pi
-    line = np.interp(k, ring, up / omega**2, 0.0, 0.0) / (2.0 * np.pi)  # m² s/rad
-    sigma = np.sqrt(9.81 * k)
-    return Spectrum(k, toward, (line * 0.5 * sigma / k / k)[:, None] * spread)
+    samples = min(part.sizes["time"] for part in parts)
+    up, east, north = (np.stack([part[name].values[-samples:] for part in parts]) for name in names)
+    return spectrum_of_buoys(up, east, north, 5.0)
 
 
 def observed(parts: list[xr.Dataset]) -> Observations:
