@@ -70,7 +70,7 @@ def changed(node: ast.AST) -> ast.AST | None:
         copy.op = OPERATORS[type(copy.op)]()  # type: ignore[assignment]
     elif isinstance(copy, ast.Compare) and type(copy.ops[0]) in OPERATORS:
         copy.ops[0] = OPERATORS[type(copy.ops[0])]()  # type: ignore[call-overload]
-    elif isinstance(copy, ast.Constant) and type(copy.value) in (int, float):
+    elif isinstance(copy, ast.Constant) and isinstance(copy.value, int | float) and not isinstance(copy.value, bool):
         copy.value = copy.value + 1 if isinstance(copy.value, int) else 1.3 * copy.value + (copy.value == 0.0)
     else:
         return None
