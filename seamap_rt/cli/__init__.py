@@ -1,6 +1,6 @@
 """The command line: a thin shell over the package.
 
-Bad input is one line and exit 2; no usable backend, exit 3; too little memory, threads or disk, exit 4.
+Bad input is one line and exit 2; no usable system or backend, exit 3; too little memory, threads or disk, exit 4.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from .stops import Stops
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of `seamap-rt`. arguments: default those of the process, which ends with the command."""
+    if sys.platform == "win32":  # locks, limits of memory and signals are those of Unix
+        print("seamap-rt: Windows: must be Linux or macOS; run it in WSL, as by wsl --install", file=sys.stderr)
+        raise SystemExit(3)
     if arguments is None:
         gc.disable()  # what is loaded stays: to visit it again and again takes a tenth of a short command's time
     stops = Stops()

@@ -71,14 +71,15 @@ def shares(workers: int) -> dict[int, list[int]]:
 
 
 class OwnCores(WorkerPlugin):
-    """Keeps a local worker to its cores, and leaves Ctrl-C to the client."""
+    """Keeps a local worker to its cores where the system can, and leaves Ctrl-C to the client."""
 
     def __init__(self, by_worker: dict[int, list[int]]) -> None:
         self.by_worker = by_worker
 
     def setup(self, worker: Worker) -> None:
         """Called by the worker: pins it to its cores."""
-        os.sched_setaffinity(0, self.by_worker[int(worker.name)])  # threads started later inherit it
+        if hasattr(os, "sched_setaffinity"):  # not on macOS
+            os.sched_setaffinity(0, self.by_worker[int(worker.name)])  # threads started later inherit it
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -33,7 +33,8 @@ from .trial import OLDEST_LLVM, VARIABLE, VARIANTS, Candidate, Kind, Verdict
 
 _PACKAGES = ("sionna-rt", "mitsuba", "drjit", "trimesh", "numpy")
 _REMEDY_ATOMIC = "run `apt-get install libatomic1`"
-_REMEDY = (
+_REMEDY_MACOS = "run `brew install llvm`, or `conda install -c conda-forge llvm`"
+_REMEDY_LINUX = (
     "run `apt-get install libllvm19 libatomic1`, or `pip install 'seamap_rt[llvm]'` with g++ installed, "
     "or `conda install -c conda-forge llvm`"
 )
@@ -98,7 +99,9 @@ def _candidates(notes: list[str]) -> Iterator[Candidate]:
 def _explain(notes: list[str]) -> str:
     """One line: what was tried, why it failed, what to run."""
     reasons = "; ".join(notes)
-    remedy = f"unset {VARIABLE} or name another file; else {_REMEDY}" if os.environ.get(VARIABLE) else _REMEDY
+    remedy = _REMEDY_MACOS if sys.platform == "darwin" else _REMEDY_LINUX
+    if os.environ.get(VARIABLE):
+        remedy = f"unset {VARIABLE} or name another file; else {remedy}"
     if "libatomic" in reasons:  # nothing works without it, and nothing else is missing as far as can be seen
         remedy = _REMEDY_ATOMIC
     return f"no usable Dr.Jit backend ({reasons}): {remedy}"
@@ -109,15 +112,16 @@ def _explain(notes: list[str]) -> str:
 
 def library_folders() -> list[Path]:
     """Where a shared library may lie: the user's own choices, Python's environment, what a site has set for the loader,
-    then the system, with each of Debian's, Fedora's and Gentoo's several LLVMs."""
+    then the system, with each of Debian's, Fedora's, Gentoo's and Homebrew's several LLVMs."""
     folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     folders += [f"{root}/lib" for root in (os.environ.get("CONDA_PREFIX"), sys.prefix) if root]
     with contextlib.suppress(OSError, subprocess.SubprocessError):
         folders += re.findall(r"=> (/\S*)/", trial.run(["/sbin/ldconfig", "-p"], 10.0).stdout)
     folders += [f"/usr/lib/{platform.machine()}-linux-gnu", "/usr/lib64", "/usr/lib", "/usr/local/lib"]
-    folders += ["/usr/lib/wsl/lib", "/opt/homebrew/opt/llvm/lib"]
-    several = (("/usr/lib", "/usr/lib64"), ("llvm*/lib", "llvm*/lib64", "llvm/*/lib*"))
-    folders += [str(each) for root in several[0] for pattern in several[1] for each in Path(root).glob(pattern)]
+    folders += ["/usr/lib/wsl/lib"]
+    roots = ("/usr/lib", "/usr/lib64", "/opt/homebrew/opt", "/usr/local/opt")
+    several = ("llvm*/lib", "llvm*/lib64", "llvm/*/lib*")
+    folders += [str(each) for root in roots for pattern in several for each in Path(root).glob(pattern)]
     return [Path(each) for each in dict.fromkeys(filter(None, folders))]
 
 
