@@ -286,14 +286,16 @@ def test_the_real_time_factor_times_the_wall_is_the_simulated_time(
             time.sleep(0.15)
 
     monkeypatch.setattr(Simulator, "turn", noted)
-    for _ in range(4):  # others on the machine may come between two readings of the clock: once they do not
+
+    def simulated() -> float:
         begins.clear()
         figures = deliver(iterate(scene(), ahead=ahead), [Slow(TURNS, RuntimeError())])
         wall = time.perf_counter() - begins[1]
         factor = real_time_factor(scene().turn_duration_s, figures)
         assert factor is not None
-        if abs(factor * wall / asked - 1.0) < 0.05:
-            break
-    assert factor * wall == pytest.approx(asked, rel=0.05)
-    assert warm_wall(figures[:1]) is None
-    assert real_time_factor(1.0, figures[:1]) is None
+        assert warm_wall(figures[:1]) is None
+        assert real_time_factor(1.0, figures[:1]) is None
+        return factor * wall
+
+    # 5 %: what lies between two readings of the clock. On a busy machine others come between; once of four they do not.
+    assert any(simulated() == pytest.approx(asked, rel=0.05) for _ in range(4))

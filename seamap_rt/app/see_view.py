@@ -17,6 +17,7 @@ from ..errors import InputError
 from . import drawing
 from .figures import MapPanels
 from .forecast_view import ForecastPanel, IssuesPanel
+from .helm_view import HelmPanel
 from .maps_panel import MapsPanel
 from .panels import GaugePanel, PicturedPanel, RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
 from .results import Results
@@ -36,6 +37,7 @@ VIEWS = {
     "state": "Sea state",
     "gauges": "Gauges",
     "forecast": "Forecast",
+    "helm": "Helm",
     "sea": "3-D",
 }
 _LOOK_S, _PLAY_S = 0.4, 0.05
@@ -391,6 +393,7 @@ _PANELS: dict[str, Callable[[SeeView], Any]] = {
     "state": StatePanel,
     "gauges": GaugePanel,
     "forecast": ForecastPanel,
+    "helm": HelmPanel,
     "sea": SeaPanel,
 }
 _STUDIES: dict[str | None, Callable[[SeeView], Any]] = {  # kinds of folders without turns

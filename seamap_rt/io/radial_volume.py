@@ -73,7 +73,7 @@ def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         with xr.open_datatree(os.fspath(path), engine="h5netcdf") as tree:
             tree.load()
-            sweeps = [tree[name].to_dataset(inherit=False) for name in sorted(tree.children, key=_number)]
+            sweeps = [tree[name].to_dataset() for name in sorted(tree.children, key=_number)]
             kept = json.loads(tree.attrs["comment"])[_MARK]
     except (OSError, KeyError, ValueError, TypeError) as error:
         raise InputError(

@@ -163,7 +163,7 @@ class SeaAhead:
         return cls(
             Waves(kx[kept], ky[kept], omega[kept]),
             sets,
-            _Settling(field).expect,
+            _OpenShares(field).expect,
             Waves(groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward), groups.omega),
             groups.variance,
             _strongest(groups.variance, _ERRORS),
@@ -223,7 +223,7 @@ class SeaAhead:
         return np.sqrt(power.sum(axis=-1)), np.sqrt(np.einsum("cqw,cw->cq", power, met**2))
 
 
-class _Settling:
+class _OpenShares:
     """The part of a wave field's sums worth keeping, and what stays open: the shares that `WaveField.predict` has
     for the elevation, at leads some seconds apart, and for short waves at the boat's first place."""
 

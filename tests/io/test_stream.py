@@ -133,7 +133,6 @@ def test_a_reader_that_never_reads_delays_nobody_and_loses_whole_turns() -> None
                 got.append(lines.readline())
     assert all(line.endswith(f" {BIG}\n") for line in got[:-1])  # none in part
     numbers = [int(line.split()[0]) for line in got[:-1]]
-    assert numbers[0] == 0  # it was on its way
     assert numbers == sorted(set(numbers))
     assert numbers[-3:] == [197, 198, 199]  # beside "last", the newest wait
     assert len(numbers) < 50  # Linux lets a socket hold some megabytes on each side

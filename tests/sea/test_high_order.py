@@ -111,7 +111,7 @@ def test_stokes_waves_keep_shape_and_speed(steepness: float, depth: float) -> No
     assert_allclose(np.abs(state.elevation[0, 1:4]), np.abs(begin.elevation[0, 1:4]), rtol=2e-3)
 
 
-@pytest.mark.parametrize(("order", "steepness"), [(2, 0.05), (3, 0.1), (5, 0.1)])
+@pytest.mark.parametrize(("order", "steepness"), [(2, 0.05), (5, 0.1)])
 def test_energy_is_kept_over_fifty_periods(order: int, steepness: float) -> None:
     """To 1e-4. What is lost is the time step's, 1.3e-5 at ka = 0.1 and 40 steps a period."""
     band = row(1, 12)

@@ -137,7 +137,7 @@ def test_time_that_runs_backwards_shows_waves_from_the_other_side():
 # ------------------------------------------------------------------------------------------------------- repeating
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", ["cos2s", "tma", "pierson_moskowitz", "elfouhaily sea"])  # a spectrum each
 def test_a_patch_of_twice_the_size_has_the_same_statistics(name):
     depth = 6.0 if name == "tma" else np.inf
     small, large = (realize(sea_of(KINDS[name], depth_m=depth, extent_m=extent), 1) for extent in (256.0, 512.0))

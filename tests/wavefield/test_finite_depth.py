@@ -35,7 +35,7 @@ def test_one_wave_is_found_as_it_is(depth: float, along_m_s: float) -> None:
     assert found.attrs["depth_given"] == 1
 
 
-@pytest.mark.parametrize(("depth", "along_m_s"), [(5.0, 0.0), (5.0, 1.0), (5.0, -1.0), (10.0, 0.0), (30.0, 0.0)])
+@pytest.mark.parametrize(("depth", "along_m_s"), [(5.0, 0.0), (5.0, 1.0), (30.0, 0.0)])
 def test_the_peak_period_of_a_random_sea_is_within_its_stated_error(depth: float, along_m_s: float) -> None:
     states = [sea_state(random_sea(seed, 8.0, depth, along_m_s).maps()) for seed in range(5)]
     found, stated = (np.array([float(each[name][0]) for each in states]) for name in ("peak_period", "peak_period_std"))

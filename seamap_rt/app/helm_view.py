@@ -1,0 +1,168 @@
+"""The helm: what to steer, when it is quiet, and when the highest wave comes, to be read at arm's length; below it the
+forecast and how past ones came out.
+
+The advice is worked out from a run's own maps, of its last turns, for the vessel that its scene names; live as from a
+folder.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
+from nicegui import ui
+
+from ..dataset import SCHEMA
+from ..prediction import Follower, advise, predictor_of, vessel_of
+from ..report import style
+from ..report.forecast_figures import Ahead
+from ..report.page_elements import Picture
+from ..settings import PredictionSettings
+from . import jobs
+from .forecast_view import ForecastPanel, read_ahead
+from .widgets import Image, Images, draw_images
+
+if TYPE_CHECKING:
+    from .see_view import SeeView
+    from .source import Source
+
+_FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "crest_bias")
+_LEAST_SPEED = 4.0
+_SPEEDS, _ROUND, _DRAWS = 3, 24, 30
+_MARK = "text-3xl md:text-5xl font-bold leading-tight"  # readable from a metre
+
+
+class Helm(NamedTuple):
+    """What the helm shows: three lines of words, and the polar of advice."""
+
+    quiet: str
+    wave: str
+    verdict: str
+    polar: list[Image]
+
+
+def view_helm(source: Source, turn: int, dark: bool) -> Helm | None:
+    """After a turn by its place; None where no forecast is. In a process that draws."""
+    settings = source.scene.resolved_prediction if source.scene is not None else PredictionSettings()
+    ahead = read_ahead(source.results.folder, source.results.turns()[turn], settings.quiet)
+    if ahead is None:
+        return None
+    advice = advice_of(source, turn, settings)
+    if advice is None:
+        return Helm(quiet_words(ahead), wave_words(ahead), "No sea is known from these maps.", [])
+    verdict = str(advice.attrs["verdict"])
+    verdict = verdict[:1].upper() + verdict[1:]
+    if settings.vessel.shape == "none":
+        verdict += " (no vessel is named: of a small raft)"
+    return Helm(quiet_words(ahead), wave_words(ahead), verdict, draw_images([advice_picture(advice)], dark))
+
+
+def advice_of(source: Source, turn: int, settings: PredictionSettings) -> xr.Dataset | None:
+    """Advice after a turn by its place, from the maps of the last turns; None where they show no sea."""
+    predictor, field = predictor_of(settings), None
+    for place in range(max(0, turn - settings.turns + 1), turn + 1):
+        field = predictor.turn(_polar(source, place))
+    if field is None:
+        return None
+    heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
+    speeds = np.linspace(0.0, max(1.5 * speed, _LEAST_SPEED), _SPEEDS)
+    around = 360.0 / _ROUND * np.arange(_ROUND)
+    vessel = vessel_of(settings.vessel) or Follower()
+    return advise(field, vessel, around, speeds, hold=(heading, speed), draws=_DRAWS)
+
+
+def _polar(source: Source, turn: int) -> xr.Dataset:
+    """What a forecast needs of one turn's polar map."""
+    results, layout = source.results, source.layout
+    names = [n for n in _FIELDS if results.has(f"maps/polar/{n}")]
+    names += [n for n in ("antenna_x", "antenna_y") if results.has(f"maps/polar/{n}")]
+    values: dict[str, Any] = {n: results.field(f"maps/polar/{n}", turn) for n in (*names, "time")}
+    values["quality"] = np.nan_to_num(values["quality"]).astype(np.int16)
+    table = SCHEMA["maps/polar"]
+    return xr.Dataset(
+        {n: (table[n].dims[1:], each) for n, each in values.items()},
+        {"azimuth": layout.azimuth, "range": layout.range, "turn": results.turns()[turn]},
+        results.attributes("maps/polar"),
+    )
+
+
+def quiet_words(ahead: Ahead) -> str:
+    """The countdown to the next quiet window."""
+    if not ahead.windows:
+        return "Quiet: no limit is named"
+    called = np.flatnonzero(np.nan_to_num(ahead.chance) >= ahead.confidence)
+    if not called.size:
+        return f"Quiet: none in {ahead.lead_s[-1]:.0f} s"
+    begin = ahead.lead_s[called[0]]
+    return "Quiet: now" if begin <= 0.0 else f"Quiet: in {begin:.0f} s"
+
+
+def wave_words(ahead: Ahead) -> str:
+    """The highest crest to come."""
+    at = ahead.highest
+    height, wide = ahead.elevation_m[at], 1.96 * ahead.std_m[at]
+    return f"Highest: {height:.1f} ± {wide:.1f} m in {ahead.lead_s[at]:.0f} s"
+
+
+def advice_picture(advice: xr.Dataset) -> Picture:
+    """Expected roll by heading and speed."""
+    low, high = (float(each) for each in (advice["speed"].min(), advice["speed"].max()))
+    return Picture(
+        "advice",
+        "Expected roll by heading and speed",
+        f"Polar chart, north up: rms roll of the next {advice.attrs['horizon_s']:.0f} s by heading, at speeds of "
+        f"{low:g} to {high:g} m/s outward; the best and the present course are marked.",
+        "Dark is little roll, bright is much. Star: the best course; circle: the present one; outward: speed in m/s.",
+        lambda: advice_polar(advice),
+    )
+
+
+@style.styled
+def advice_polar(advice: xr.Dataset) -> Figure:
+    """Rms roll (heading, speed) of the seen part, north up and clockwise."""
+    figure = style.new_figure(3.9, 4.2)
+    axes = figure.add_axes((0.08, 0.08, 0.66, 0.8), projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    roll = advice["roll_rms"].sel(part="seen").transpose("speed", "heading").values
+    heading, speed = advice["heading"].values, advice["speed"].values
+    edges = np.radians(np.append(heading, heading[0] + 360.0) - 0.5 * 360.0 / heading.size)
+    half = 0.5 * float(speed[1] - speed[0])
+    rings = np.concatenate(([0.0], speed[:-1] + half, [speed[-1] + half]))
+    image = axes.pcolormesh(edges, rings, roll, cmap="cividis")
+    held, best = ((np.radians(advice.attrs[f"{n}heading_deg"]), advice.attrs[f"{n}speed_m_s"]) for n in ("", "best_"))
+    axes.plot(*held, "o", markersize=13.0, markerfacecolor="none", markeredgecolor="white", markeredgewidth=2.0)
+    axes.plot(*best, "*", markersize=16.0, color=style.VERMILION, markeredgecolor="white")
+    axes.set_yticks(speed)
+    axes.tick_params(labelsize=12.0)
+    axes.grid(alpha=0.3)
+    bar = figure.colorbar(image, cax=figure.add_axes((0.84, 0.14, 0.04, 0.68)))
+    bar.set_label("Roll, rms (°)", fontsize=12.0)
+    bar.ax.tick_params(labelsize=12.0)
+    return figure
+
+
+class HelmPanel:
+    """Three lines that are read at arm's length, the polar, and the forecast below."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view = view
+        with ui.column().classes("w-full min-w-0 gap-1").props("role=status"):
+            self._verdict = ui.label().classes("text-2xl md:text-4xl font-bold leading-tight").mark("helm-verdict")
+            self._quiet = ui.label().classes(_MARK).mark("helm-quiet")
+            self._wave = ui.label().classes(_MARK).mark("helm-wave")
+        self._polar = Images()
+        self._forecast = ForecastPanel(view)
+
+    async def show(self, source: Source, turn: int) -> None:
+        """After a turn by its place."""
+        told = await jobs.slow(view_helm, source, turn, self.view.page.dark)
+        self._verdict.set_text(told.verdict if told is not None else "")
+        self._quiet.set_text(told.quiet if told is not None else "")
+        self._wave.set_text(told.wave if told is not None else "")
+        self._polar.show(told.polar if told is not None else [])
+        await self._forecast.show(source, turn)
