@@ -21,7 +21,7 @@ from ..report import style
 from ..report.forecast_figures import Ahead
 from ..report.page_elements import Picture
 from ..settings import PredictionSettings
-from . import jobs
+from . import drawing
 from .forecast_view import ForecastPanel, read_ahead
 from .widgets import Image, Images, draw_images
 
@@ -160,7 +160,7 @@ class HelmPanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """After a turn by its place."""
-        told = await jobs.slow(view_helm, source, turn, self.view.page.dark)
+        told = await drawing.slow(view_helm, source, turn, self.view.page.dark)
         self._verdict.set_text(told.verdict if told is not None else "")
         self._quiet.set_text(told.quiet if told is not None else "")
         self._wave.set_text(told.wave if told is not None else "")
