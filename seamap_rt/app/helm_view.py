@@ -124,7 +124,7 @@ def advice_picture(advice: xr.Dataset) -> Picture:
 def advice_polar(advice: xr.Dataset) -> Figure:
     """Rms roll (heading, speed) of the seen part, north up and clockwise."""
     figure = style.new_figure(3.9, 4.2)
-    axes = figure.add_axes((0.08, 0.08, 0.66, 0.8), projection="polar")
+    axes = figure.add_axes((0.13, 0.08, 0.62, 0.8), projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
