@@ -21,7 +21,7 @@ from ..report import style
 from ..report.forecast_figures import Ahead
 from ..report.page_elements import Picture
 from ..settings import PredictionSettings
-from . import jobs
+from . import drawing
 from .forecast_view import ForecastPanel, read_ahead
 from .widgets import Image, Images, draw_images
 
@@ -124,7 +124,7 @@ def advice_picture(advice: xr.Dataset) -> Picture:
 def advice_polar(advice: xr.Dataset) -> Figure:
     """Rms roll (heading, speed) of the seen part, north up and clockwise."""
     figure = style.new_figure(3.9, 4.2)
-    axes = figure.add_axes((0.08, 0.08, 0.66, 0.8), projection="polar")
+    axes = figure.add_axes((0.13, 0.08, 0.62, 0.8), projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
@@ -160,7 +160,7 @@ class HelmPanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """After a turn by its place."""
-        told = await jobs.slow(view_helm, source, turn, self.view.page.dark)
+        told = await drawing.slow(view_helm, source, turn, self.view.page.dark)
         self._verdict.set_text(told.verdict if told is not None else "")
         self._quiet.set_text(told.quiet if told is not None else "")
         self._wave.set_text(told.wave if told is not None else "")
