@@ -56,6 +56,7 @@ CALLS: dict[str, Call] = {
     "quiet_windows": lambda wrong, _: sr.quiet_windows(wrong, {"elevation": 0.5}),
     "quiet_windows, limit": lambda wrong, _: sr.quiet_windows(xr.Dataset(), wrong),
     "highest_wave": lambda wrong, _: sr.highest_wave(wrong),
+    "advise": lambda wrong, _: sr.advise(wrong, sr.prediction.Follower()),
     "gauge_series": lambda wrong, _: sr.gauge_series(wrong, None, [GAUGE]),
     "gauge_series, gauges": lambda wrong, maps: sr.gauge_series(maps, None, wrong, turn_s=1.0),
     "load_scene": lambda wrong, _: sr.load_scene(wrong),

@@ -160,9 +160,9 @@ class HelmPanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """After a turn by its place."""
-        told = await drawing.slow(view_helm, source, turn, self.view.page.dark)
-        self._verdict.set_text(told.verdict if told is not None else "")
-        self._quiet.set_text(told.quiet if told is not None else "")
-        self._wave.set_text(told.wave if told is not None else "")
-        self._polar.show(told.polar if told is not None else [])
+        shown = await drawing.slow(view_helm, source, turn, self.view.page.dark)
+        self._verdict.set_text(shown.verdict if shown is not None else "")
+        self._quiet.set_text(shown.quiet if shown is not None else "")
+        self._wave.set_text(shown.wave if shown is not None else "")
+        self._polar.show(shown.polar if shown is not None else [])
         await self._forecast.show(source, turn)
