@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 BIN_M = 25.0
 HEADLINE_M = (50.0, 200.0)
-HALF_VISIBLE = 0.5
+HALF_VISIBLE = 0.5  # accuracy is judged on cells of which more than this share is lit
 
 
 _MEANINGS = {
@@ -145,9 +145,14 @@ def headline_band(ranges: NDArray[np.float64]) -> tuple[float, float] | None:
 
 def counted_cells(retrieved: xr.Dataset, true: xr.Dataset) -> NDArray[np.bool_]:
     """Cells that are more than half visible and have a height, not flagged as ambiguous, of polar maps and truth."""
-    unambiguous = (retrieved["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
-    visible = true["visible_fraction"].values > HALF_VISIBLE
-    return visible & np.isfinite(retrieved["height"].values - true["height"].values) & unambiguous
+    error = retrieved["height"].values - true["height"].values
+    return counts(error, retrieved["quality"].values, true["visible_fraction"].values)
+
+
+def counts(error: NDArray[Any], quality: NDArray[Any], visible_fraction: NDArray[Any]) -> NDArray[np.bool_]:
+    """The same of arrays of one shape: errors of height [m], flags, and visible fractions."""
+    ambiguous = (quality.astype(np.int64) & QUALITY_FLAGS["ambiguous"]) != 0
+    return (visible_fraction > HALF_VISIBLE) & np.isfinite(error) & ~ambiguous
 
 
 def _range_bins(ranges: NDArray[np.float64]) -> Iterator[tuple[float, NDArray[np.bool_]]]:

@@ -10,8 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from ..dataset import QUALITY_FLAGS
-from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
+from ..metrics import BIN_M, HEADLINE_M, counts
 from .draft import flat
 from .figures import MapPanels, Panel, ground_raster
 from .panels import range_pictures
@@ -117,8 +116,7 @@ def squares(source: Source) -> tuple[Array, Array]:
     turns = len(source.results.turns())
     for turn in np.unique(np.linspace(0, turns - 1, min(turns, _MOST_TURNS)).astype(int)):
         error = field("maps/polar/height", turn) - field("truth/polar/height", turn)
-        clear = (field("maps/polar/quality", turn).astype(int) & QUALITY_FLAGS["ambiguous"]) == 0
-        counted = np.isfinite(error) & clear & (field("truth/polar/visible_fraction", turn) > HALF_VISIBLE)
+        counted = counts(error, field("maps/polar/quality", turn), field("truth/polar/visible_fraction", turn))
         np.add.at(sums[..., 0], at, counted)
         np.add.at(sums[..., 1], at, np.where(counted, error, 0.0).astype(np.float64) ** 2)
     return np.floor(layout.range[0] / BIN_M) * BIN_M + BIN_M * np.arange(sums.shape[1]), sums

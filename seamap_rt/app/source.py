@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..conventions import wrap_degrees
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
+from ..metrics import counts
 from ..report import maps, reduce, style
 from ..report.curves import ByRange
 from .figures import MapPanels, Panel, Raster, Scale, ground_raster, polar_raster
@@ -214,8 +215,10 @@ class Source:
             stated = _binned(np.where(known, spread, np.nan), place, count, np.nanmedian)
             return ByRange(centres, blank, blank, blank, stated, blank, blank, blank, answered)
         visible = field("truth/polar/visible_fraction", index)
-        counts = known & (visible > reduce.HALF_VISIBLE)
-        error = np.where(counts, retrieved - field("truth/polar/height", index), np.nan)
+        error = retrieved - field("truth/polar/height", index)
+        flags = field("maps/polar/quality", index) if self.results.has_maps else np.zeros(visible.shape)
+        counted = counts(error, flags, visible)
+        error = np.where(counted, error, np.nan)
         slope, slope_spread = blank_map, blank_map
         if self.results.has("maps/polar/slope_range_std"):
             slope = field("maps/polar/slope_range", index) - field("truth/polar/slope_range", index)
@@ -225,9 +228,9 @@ class Source:
             _binned(error, place, count, _rms),
             _binned(error, place, count, _robust),
             _binned(error, place, count, np.nanmean),
-            _binned(np.where(counts, spread, np.nan), place, count, np.nanmedian),
-            _binned(np.where(counts, slope, np.nan), place, count, _rms),
-            _binned(np.where(counts, slope_spread, np.nan), place, count, np.nanmedian),
+            _binned(np.where(counted, spread, np.nan), place, count, np.nanmedian),
+            _binned(np.where(counted, slope, np.nan), place, count, _rms),
+            _binned(np.where(counted, slope_spread, np.nan), place, count, np.nanmedian),
             _binned(visible, place, count, np.nanmean),
             answered,
         )

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
+from ..metrics import counted_cells
 from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
 from . import reduce, style
@@ -172,14 +173,13 @@ def draw_errors(by_run: Mapping[str, ByRange], floors: Sequence[Curve] = (), ran
 
 
 def stated_error(maps: xr.DataTree, truth: xr.DataTree, centres: Array, name: str = "height_std") -> Array:
-    """Median of one of the retrieval's standard errors per range bin, over cells more than half visible; NaN of maps
-    without it."""
+    """Median of one of the retrieval's standard errors per range bin, over `counted_cells`; NaN of maps without it."""
     if name not in maps["polar"].dataset:
         return np.full(centres.size, np.nan)
     if centres.size == 0:
         return centres
     gates = reduce.coordinate(maps, "polar", "range")
-    spread = np.where(reduce.judged(maps, truth), reduce.polar(maps, name), np.nan)
+    spread = np.where(counted_cells(maps["polar"].dataset, truth["polar"].dataset), reduce.polar(maps, name), np.nan)
     borders = reduce.edges(centres, only=float(np.ptp(gates)) + 1.0)
     index = np.searchsorted(borders, gates, side="right") - 1
     return np.array([reduce.quantile(spread[:, :, index == bin_], 0.5) for bin_ in range(centres.size)])
@@ -281,9 +281,9 @@ def _binned(x: Array, y: Array) -> tuple[Array, Array]:
 def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
     """Retrieved against true height, and the error over its stated standard error beside the normal distribution.
 
-    Cells at 50–200 m that are more than half visible.
+    Cells at 50–200 m that are more than half visible, and not flagged as ambiguous.
     """
-    cells = reduce.judged(maps, truth) & reduce.at_judged_ranges(maps)
+    cells = counted_cells(maps["polar"].dataset, truth["polar"].dataset) & reduce.at_judged_ranges(maps)
     true, retrieved, spread = (
         reduce.polar(tree, name)[cells] for tree, name in ((truth, "height"), (maps, "height"), (maps, "height_std"))
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, wrap_degrees
-from ..metrics import headline_band, headline_gates
+from ..metrics import HALF_VISIBLE, headline_band, headline_gates
 from ..scene import Scene
 from ..sea import WaveFacts, wave_facts
 from ..settings import SinusoidWaves, WaveSystem
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-HALF_VISIBLE = 0.5  # accuracy is judged on cells of which more than this share is lit
 SECTOR_HALF_WIDTH_DEG = 22.5
 MAD_TO_STD = 1.4826  # of a normal distribution
 
@@ -122,11 +121,6 @@ def polar(tree: xr.DataTree, name: str) -> Array:
 
 def coordinate(tree: xr.DataTree, group: str, name: str) -> Array:
     return np.asarray(tree[group].dataset[name].values, dtype=np.float64)
-
-
-def judged(maps: xr.DataTree, truth: xr.DataTree) -> NDArray[np.bool_]:
-    """Polar cells (turn, azimuth, range) that have a height and are more than half visible."""
-    return np.isfinite(polar(maps, "height")) & (polar(truth, "visible_fraction") > HALF_VISIBLE)
 
 
 def at_judged_ranges(tree: xr.DataTree) -> NDArray[np.bool_]:

@@ -7,14 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from made_folders import maps_tree
 
+from seamap_rt import metrics
 from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs, kind_of, products_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
 from seamap_rt.app.source import MAP_VIEWS, Source
 from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
+from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import InputError
 from seamap_rt.io.turn_files import part_of
 from seamap_rt.scene import load_scene
@@ -99,6 +102,21 @@ def test_a_run_has_both_and_their_difference(tmp_path: Path) -> None:
         "Error",
     ]
     assert np.nanmax(source.by_range(0).rms) == pytest.approx(0.1, rel=1e-4)
+
+
+def test_cells_flagged_as_ambiguous_count_in_no_error(tmp_path: Path) -> None:
+    """As in metrics.json: a height that is a phase cycle off, and says so, is no error of the page's graphs either."""
+    maps = maps_tree(True)
+    polar = maps["polar"].to_dataset()
+    polar["height"][:, ::2] += 10.0
+    polar["quality"][:, ::2] = QUALITY_FLAGS["ambiguous"]
+    maps["polar"] = xr.DataTree(polar)
+    maps.to_netcdf(tmp_path / "maps.nc", engine="h5netcdf")
+    source = _source(tmp_path, "truth")
+    assert np.nanmax(source.by_range(0).rms) == pytest.approx(0.1, rel=1e-4)
+    assert metrics.counted_cells(polar, maps_tree(False)["polar"].to_dataset()).sum() == 30 * np.sum(
+        polar["ground_range"][0, 0] < 60.0
+    )
 
 
 def test_pictures_of_the_sea_may_be_taken_away(tmp_path: Path) -> None:
