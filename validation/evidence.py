@@ -134,6 +134,9 @@ STUDIES: dict[str, Study] = {
     "trade": Study("scene", 15, "claims.trade_heights", "studies metrics.py interferometry echoes"),
     "outlook": Study("validate", 40, "claims.outlook --first 1001 --designs 40 --masts", "design_outlook"),
     "gauges": Study("scene", 1.5, "seamap_rt.cli run pier --out {out}", "gauges.py interferometry echoes"),
+    "trade_visible": Study("scene", 30, "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
+    "hidden_heights": Study("debug", 0.1, "light.hidden_heights", "tracing/diffraction.py"),
+    "partly_shadowed": Study("scene", 1, "retrieval.partly_shadowed", _MAPS),
     # a design study's claims
     "claims_radar": Study("debug", 0.2, "claims.radar", "radar"),
     "claims_shadowing": Study("debug", 2, "claims.shadowing", "tracing studies"),
