@@ -19,6 +19,7 @@ are asked for (see `sea.spline`).
 from __future__ import annotations
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
@@ -77,7 +78,7 @@ class WaveFollowing:
         """(n, 3) heave [m], slope ahead (up positive), slope to starboard, at times (n,) s, before 0 too."""
         position = np.asarray(times, dtype=np.float64) / self.step
         interval = np.floor(position)
-        weights = np.power.outer(position - interval, np.arange(_ORDER + 1)) @ self._taps
+        weights = polyval(position - interval, self._taps).T  # no matrix product, whose last bits hang on how many rows
         stretch, first = np.divmod(interval.astype(np.int64), _STEPS)
         result = np.empty((position.size, 3))
         for number in np.unique(stretch):
