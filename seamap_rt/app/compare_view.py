@@ -154,7 +154,7 @@ class CompareView:
 
     def _fill_ranges(self, judged: list[RangeVerdict]) -> None:
         """Whose heights err less, range by range."""
-        self._verdict.set_text(in_words(judged) if judged else "Whose heights err less is not told: a true sea lacks.")
+        self._verdict.set_text(in_words(judged) if judged else "Whose heights err less is not known: a true sea lacks.")
         self._ranges.set_visibility(bool(judged))
         self._ranges.rows = [
             {

@@ -41,7 +41,8 @@ def test_variance_period_and_direction_are_the_seas(wave_from_deg: float) -> Non
 def test_several_buoys_are_one_sea() -> None:
     up, east, north, _ = _velocities(70.0)
     one = spectrum_of_buoys(up, east, north, _RATE_HZ)
-    twice = spectrum_of_buoys(*(np.stack((each, each)) for each in (up, east, north)), _RATE_HZ)
+    both = [np.stack((each, each)) for each in (up, east, north)]
+    twice = spectrum_of_buoys(both[0], both[1], both[2], _RATE_HZ)
     np.testing.assert_allclose(twice.table, one.table, rtol=1e-9)
 
 

@@ -159,9 +159,9 @@ def march(tracer: str, turns: int, through: str) -> Keys:
     seen: list[tuple[float, float, float]] = []
     turn = Simulator.turn
 
-    def watched(self: Simulator, number: int, told: Any = None) -> Any:
+    def watched(self: Simulator, number: int, on_stage: Any = None) -> Any:
         seen.append((resident(), time.perf_counter(), time.process_time()))
-        return turn(self, number, told)
+        return turn(self, number, on_stage)
 
     Simulator.turn = watched
     with tempfile.TemporaryDirectory() as folder:
