@@ -22,6 +22,7 @@ import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.mesh import polar_grid, surface_mesh
+from seamap_rt.physics.shadowing import SEEN_DB
 from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.tracing import tracer
@@ -129,6 +130,7 @@ def main() -> None:
     parser.add_argument("--only", choices=list(CASES))
     parser.add_argument("--resolved", action="store_true")
     arguments = parser.parse_args()
+    halves: dict[str, dict[tuple[str, float], float]] = {}
     for name in [arguments.only] if arguments.only else CASES:
         seeds = range(1000 * arguments.seed, 1000 * arguments.seed + arguments.profiles)
         parts = [facets(CASES[name], seed, arguments.resolved) for seed in seeds]
@@ -141,7 +143,15 @@ def main() -> None:
             shares = [seen[band == n].mean() for n in range(len(BANDS_M) - 1)]
             label = who if who == "light" else f"{who.replace('_', ' by ')} {level:.0f} dB"
             print(f"{label:22}" + "".join(f"{each:9.2f}" for each in shares), end="")
-            print(f"{half_range(made.range_m, seen):9.0f} m", flush=True)
+            half = halves.setdefault(name, {})[who, level] = half_range(made.range_m, seen)
+            print(f"{half:9.0f} m", flush=True)
+    shown = [("light", 0.0), *((who, SEEN_DB) for who in Facets._fields[2:])]
+    print(
+        f"Half visible to (m), to a radar from {SEEN_DB:g} dB on\n\n| sea, mast | light | VV | VV, field | HH | HH, field |"
+    )
+    print("|---" * (1 + len(shown)) + "|")
+    for name, by in halves.items():
+        print(f"| {name} | " + " | ".join(f"{by[each]:.0f}" for each in shown) + " |")
 
 
 if __name__ == "__main__":
