@@ -31,6 +31,7 @@ from ..io.results_folder import write_whole
 from .progress import Job, Progress, State, read_progress
 
 FOLDER = ".jobs"
+_NOT_BEGUN = "cancelled before it began"
 _LAST = 4096  # bytes of what a process said that are read
 _POLL_S = 0.2
 _MEASURED, _NICE = 3, 5
@@ -104,7 +105,7 @@ class Queue:
             if job is None or job.over:
                 return
             if job.state == "queued":
-                job.state, job.reason, job.ended = "cancelled", "cancelled before it began", time.time()
+                job.state, job.reason, job.ended = "cancelled", _NOT_BEGUN, time.time()
                 self._note(job)
                 return
             again = job.reason != ""
@@ -213,6 +214,8 @@ class Queue:
             return "done", ""
         if code == 130:
             return "cancelled", last
+        if job.reason and code in (-signal.SIGTERM, -signal.SIGINT):  # asked to end before it could answer
+            return "cancelled", self._saved(job) if (self._runs / job.folder).exists() else _NOT_BEGUN
         if code is None or code < 0:
             name = signal.Signals(-code).name if code is not None else "the system"
             what = f"killed by {name}"

@@ -143,7 +143,7 @@ def test_see_shows_every_kind_of_folder_and_every_view(watched: Watched) -> None
     _choose(page, "Run", f"run {ALL}")
     expect(page.get_by_text(re.compile(r"^turn 12 of 12 · "))).to_be_visible()
     views = page.get_by_role("tabpanel").get_by_role("tab").all_inner_texts()
-    assert len(views) == 10
+    assert len(views) == 11
     for view in views:
         page.get_by_role("tab", name=view, exact=True).click()
         page.wait_for_timeout(700)

@@ -86,6 +86,21 @@ def test_a_running_job_is_asked_to_end_and_a_waiting_one_is_never_begun(queue: Q
     assert not (tmp_path / "b").exists()
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_job_cancelled_before_it_can_answer_is_cancelled(tmp_path: Path, number: signal.Signals) -> None:
+    """While its modules load it dies of the signal, or of the interrupt that its handler raises."""
+    program = "import os, signal, sys, time; from pathlib import Path; signal.signal(signal.SIGTERM, lambda *_: "
+    program += f"(signal.signal({number:d}, signal.SIG_DFL), os.kill(os.getpid(), {number:d}))); "
+    program += f"Path({str(tmp_path / 'ready')!r}).touch(); time.sleep(60)"
+    queue = Queue(tmp_path, (sys.executable, "-c", program))
+    job = _add(queue, "wait", "a")
+    _wait((tmp_path / "ready").exists)
+    queue.cancel(job.name)
+    _wait(lambda: job.over)
+    assert (job.state, job.reason) == ("cancelled", "cancelled before it began")
+    queue.close()
+
+
 def test_a_killed_job_says_so_and_the_next_one_runs(queue: Queue, tmp_path: Path) -> None:
     job, after = _add(queue, "wait", "a"), _add(queue, "run", "b")
     _wait((tmp_path / "a/ready").exists)

@@ -146,9 +146,8 @@ def main() -> None:
             half = halves.setdefault(name, {})[who, level] = half_range(made.range_m, seen)
             print(f"{half:9.0f} m", flush=True)
     shown = [("light", 0.0), *((who, SEEN_DB) for who in Facets._fields[2:])]
-    print(
-        f"Half visible to (m), to a radar from {SEEN_DB:g} dB on\n\n| sea, mast | light | VV | VV, field | HH | HH, field |"
-    )
+    print(f"Half visible to (m), to a radar from {SEEN_DB:g} dB on\n")
+    print("| sea, mast | light | VV | VV, field | HH | HH, field |")
     print("|---" * (1 + len(shown)) + "|")
     for name, by in halves.items():
         print(f"| {name} | " + " | ".join(f"{by[each]:.0f}" for each in shown) + " |")
