@@ -7,7 +7,7 @@ folder.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 from nicegui import ui
 
-from ..dataset import SCHEMA
 from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report import style
 from ..report.forecast_figures import Ahead
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from .see_view import SeeView
     from .source import Source
 
-_FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "crest_bias")
 _LEAST_SPEED = 4.0
 _SPEEDS, _ROUND, _DRAWS = 3, 24, 30
 _MARK = "text-3xl md:text-5xl font-bold leading-tight"  # readable from a metre
@@ -64,7 +62,7 @@ def advice_of(source: Source, turn: int, settings: PredictionSettings) -> xr.Dat
     """Advice after a turn by its place, from the maps of the last turns; None where they show no sea."""
     predictor, field = predictor_of(settings), None
     for place in range(max(0, turn - settings.turns + 1), turn + 1):
-        field = predictor.turn(_polar(source, place))
+        field = predictor.turn(source.polar(place))
     if field is None:
         return None
     heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
@@ -72,21 +70,6 @@ def advice_of(source: Source, turn: int, settings: PredictionSettings) -> xr.Dat
     around = 360.0 / _ROUND * np.arange(_ROUND)
     vessel = vessel_of(settings.vessel) or Follower()
     return advise(field, vessel, around, speeds, hold=(heading, speed), draws=_DRAWS)
-
-
-def _polar(source: Source, turn: int) -> xr.Dataset:
-    """What a forecast needs of one turn's polar map."""
-    results, layout = source.results, source.layout
-    names = [n for n in _FIELDS if results.has(f"maps/polar/{n}")]
-    names += [n for n in ("antenna_x", "antenna_y") if results.has(f"maps/polar/{n}")]
-    values: dict[str, Any] = {n: results.field(f"maps/polar/{n}", turn) for n in (*names, "time")}
-    values["quality"] = np.nan_to_num(values["quality"]).astype(np.int16)
-    table = SCHEMA["maps/polar"]
-    return xr.Dataset(
-        {n: (table[n].dims[1:], each) for n, each in values.items()},
-        {"azimuth": layout.azimuth, "range": layout.range, "turn": results.turns()[turn]},
-        results.attributes("maps/polar"),
-    )
 
 
 def quiet_words(ahead: Ahead) -> str:

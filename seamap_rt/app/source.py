@@ -18,6 +18,7 @@ from ..interferometry import open_echoes
 from ..metrics import counts
 from ..report import maps, reduce, style
 from ..report.curves import ByRange
+from ..schema import SCHEMA
 from .figures import MapPanels, Panel, Raster, Scale, ground_raster, polar_raster
 from .prospects import Prospects, prospects
 from .results import Array, Results
@@ -195,6 +196,20 @@ class Source:
             antenna_m=self.height_m,
         )
 
+    def polar(self, index: int) -> xr.Dataset:
+        """What estimators of waves read of a turn's polar map, (azimuth, range); of the truth's where no map is."""
+        results = self.results
+        tree = "maps/polar" if results.has_maps else "truth/polar"
+        table = SCHEMA[tree]
+        names = [name for name in _OF_WAVES if results.has(f"{tree}/{name}")]
+        values: dict[str, Any] = {name: results.field(f"{tree}/{name}", index) for name in names}
+        if "quality" in values:
+            values["quality"] = np.nan_to_num(values["quality"]).astype(np.int16)
+        values["time"] = values["time"].astype(np.float64)
+        coordinates = {"azimuth": self.layout.azimuth, "range": self.layout.range, "turn": results.turns()[index]}
+        variables = {name: (table[name].dims[1:], each) for name, each in values.items()}
+        return xr.Dataset(variables, coordinates, results.attributes(tree))
+
     # ------------------------------------------------------------------------------------------------- by range
 
     def by_range(self, index: int) -> ByRange:
@@ -239,6 +254,9 @@ class Source:
         """What its design was likely to do, for floors and closed forms; None of a retrieval."""
         return prospects(self.scene) if self.scene is not None else None
 
+
+_OF_WAVES = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "time")
+_OF_WAVES += ("antenna_x", "antenna_y")  # of a boat that moves
 
 _NUMBERS = count()
 _MOST_OPEN = 4

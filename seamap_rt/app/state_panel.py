@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -35,9 +35,6 @@ LEAST_TRANSFER = 0.25  # of the variance, that cells keep: shorter waves the sea
 _SECTOR_DEG, _LEAST_STEP_HZ = 15.0, 0.015
 
 
-_FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share")
-
-
 @dataclass(frozen=True)
 class MapSpectra:
     """By the maps, and by the true sea in their cells where there is one; of how many turns up to the one shown. why:
@@ -52,12 +49,8 @@ class MapSpectra:
 def map_spectra(source: Source, turn: int) -> MapSpectra:
     """Of the last turns up to one, by its place. OSError where a turn is not there."""
     results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
-    attributes = results.attributes("maps/polar" if results.has_maps else "truth/polar")
-    spectra = {
-        true: _mean([_polar(source, each, attributes, true=true) for each in turns], as_it_is=true) if there else None
-        for true, there in ((False, results.has_maps), (True, results.has_truth))
-    }
-    retrieved, true = spectra[False], spectra[True]
+    retrieved = _mean([source.polar(each) for each in turns]) if results.has_maps else None
+    true = _mean([_true(source, each) for each in turns], as_it_is=True) if results.has_truth else None
     why, shown = "", retrieved if results.has_maps else true
     if shown is None:
         why = "Too little of the sea is in sight for a spectrum."
@@ -69,23 +62,17 @@ def map_spectra(source: Source, turn: int) -> MapSpectra:
     return MapSpectra(retrieved, true, len(turns), why)
 
 
-def _polar(source: Source, turn: int, attributes: dict[str, Any], *, true: bool) -> xr.Dataset:
-    """What the estimator reads of a turn: as retrieved, or the true heights of all cells."""
-    field, shape = source.results.field, (source.layout.azimuth.size, source.layout.range.size)
-    tree = "maps" if source.results.has_maps else "truth"
-    names = [name for name in _FIELDS if source.results.has(f"{tree}/polar/{name}")]
-    fields: dict[str, Any] = {name: field(f"{tree}/polar/{name}", turn) for name in names}
-    if true:
-        fields.pop("visible_share", None)
-        fields["height"] = field("truth/polar/height", turn)
-        fields["ground_range"] = np.broadcast_to(source.ground_m, shape)
-        fields["height_std"] = np.full(shape, 1e-3)
-        fields["quality"] = np.zeros(shape)
-    variables: dict[str, Any] = {name: (("azimuth", "range"), values) for name, values in fields.items()}
-    variables["quality"] = ("azimuth", "range"), np.nan_to_num(fields["quality"]).astype(np.int16)
-    variables["time"] = ("azimuth",), np.asarray(field(f"{tree}/polar/time", turn), dtype=np.float64)
-    coordinates = {"azimuth": source.layout.azimuth, "range": source.layout.range}
-    return xr.Dataset(variables, coordinates, attributes)
+def _true(source: Source, turn: int) -> xr.Dataset:
+    """A turn with the true heights of all cells."""
+    shape = source.layout.azimuth.size, source.layout.range.size
+    values = {
+        "height": source.results.field("truth/polar/height", turn),
+        "ground_range": np.broadcast_to(source.ground_m, shape),
+        "height_std": np.full(shape, 1e-3),
+        "quality": np.zeros(shape, np.int16),
+    }
+    polar = source.polar(turn).drop_vars("visible_share", errors="ignore")
+    return polar.assign({name: (("azimuth", "range"), each) for name, each in values.items()})
 
 
 def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None:

@@ -119,6 +119,21 @@ def test_cells_flagged_as_ambiguous_count_in_no_error(tmp_path: Path) -> None:
     )
 
 
+def test_estimators_know_where_a_moving_boat_was(tmp_path: Path) -> None:
+    """Waves are fitted at the places of the cells, which go with the antenna, on the page as in files."""
+    maps = maps_tree(True)
+    polar = maps["polar"].to_dataset()
+    for name, metres in (("antenna_x", 3.0), ("antenna_y", -7.0)):
+        polar[name] = xr.full_like(polar["time"], metres)
+    maps["polar"] = xr.DataTree(polar)
+    maps.to_netcdf(tmp_path / "maps.nc", engine="h5netcdf")
+    seen = Source(Results(tmp_path)).polar(0)
+    assert (seen["antenna_x"] == 3.0).all()
+    assert (seen["antenna_y"] == -7.0).all()
+    np.testing.assert_allclose(seen["height"], polar["height"].isel(turn=0), rtol=1e-6)
+    assert (seen["antenna_x"].dims, seen["quality"].dtype.kind) == (("azimuth",), "i")
+
+
 def test_pictures_of_the_sea_may_be_taken_away(tmp_path: Path) -> None:
     for name in ("from_mast.png", "statistics.txt", "other.png"):
         (tmp_path / name).touch()
