@@ -159,8 +159,8 @@ class Broadcast(AbstractContextManager):
             self._listening = socket.create_server((host, port), family=family)
         except OSError as error:
             raise InputError(
-                f"--stream {address}: cannot be listened on ({error.strerror or error}); choose another port, or 0 for "
-                "a free one"
+                f"--stream {address}: cannot be listened on ({error.strerror or error}); give an "
+                "address of this machine and a port that is free, or 0 for any"
             ) from None
         self.address = f"tcp://{f'[{host}]' if ':' in host else host}:{self._listening.getsockname()[1]}"
         self._readers: list[_Reader] = []
