@@ -323,7 +323,8 @@ def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
 
 
 def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
-    """The library that reads a file, which was looked through; takes `named` and `below` out of the options."""
+    """The library that reads a file, which was looked through; takes `named` and `below` out of the options, and
+    leaves out what no library decodes (`drop_variables`)."""
     rules = {key: options.pop(key) for key in ("named", "below") if key in options}
     called = rules.get("named") or os.fspath(path)
     with open_file(path, wanted, **rules) as file:
@@ -337,7 +338,25 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
         raise OSError("neither NetCDF-3 nor NetCDF-4")
     with h5py.File(path, "r") as opened:
         check_hdf5(opened, called, rows=True)
+        ragged = _ragged(opened)
+    if ragged:
+        options["drop_variables"] = [*options.get("drop_variables", ()), *ragged]
     return "h5netcdf"
+
+
+def _ragged(file: h5py.File) -> list[str]:
+    """Arrays whose elements are arrays of any length, as images are kept: no sea's, and xarray cannot decode them where
+    cftime is installed."""
+    import h5py
+
+    found = list[str]()
+
+    def look(name: str, node: Any) -> None:
+        if isinstance(node, h5py.Dataset) and h5py.check_vlen_dtype(node.dtype) not in (None, str, bytes):
+            found.append(name.rpartition("/")[2])
+
+    file.visititems(look)
+    return found
 
 
 def _check_netcdf3(path: PathLike, called: str) -> None:

@@ -62,6 +62,11 @@ def seconds_of(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np
         return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9, values[0]
     if values.dtype.kind == "m":
         return values / np.timedelta64(1, "ns") * 1e-9, None
+    if values.dtype == object:  # dates of a model's calendar, as cftime decodes them where it is installed
+        raise InputError(
+            f"{wrong}{times.name} holds dates of a calendar that is not the sea's ('noleap', '360_day'); give it in "
+            "seconds or in dates of the Gregorian calendar"
+        )
     return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
 
 

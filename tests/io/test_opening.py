@@ -6,10 +6,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
+import h5py
 import hostile_files
+import numpy as np
 import pytest
 from hostile_files import CASES, LONGEST_S, MOST_GROWTH
+
+from seamap_rt.io.opening import open_dataset, open_tree
 
 Told = tuple[str, str, float, float]
 
@@ -35,3 +40,18 @@ def test_it_is_refused_in_a_line_soon_and_unread(case: tuple[str, str], told: di
         assert "save one file that holds all of it" in message
     assert seconds < LONGEST_S
     assert growth < MOST_GROWTH
+
+
+def test_arrays_of_arrays_are_left_out(tmp_path: Path) -> None:
+    """xarray refuses the whole file for one of them where cftime is installed, as it is beside netCDF4."""
+    path = tmp_path / "images.nc"
+    with h5py.File(path, "w") as file:
+        for group in (file, file.create_group("camera")):
+            group["heights"] = np.arange(3.0)
+            images = group.create_dataset("images", (3,), dtype=h5py.vlen_dtype(np.uint8))
+            images[:] = [np.zeros(size, np.uint8) for size in (1, 2, 3)]
+            group.create_dataset("names", data=["a", "b", "c"], dtype=h5py.string_dtype())
+    with open_dataset(path, phony_dims="sort") as found, open_tree(path, phony_dims="sort") as tree:
+        for each in (found, tree["camera"]):
+            assert set(each.data_vars) == {"heights", "names"}
+            np.testing.assert_array_equal(each["heights"], np.arange(3.0))
