@@ -72,7 +72,7 @@ class RayTracer:
         if kept is None or not kept.update(surface):
             kept = SeaScene(surface, antennas, self.radar.frequency_hz, self.permittivity)
         else:
-            kept.place(antennas)
+            kept.antennas = antennas
         self.scenes[key] = kept
         while len(self.scenes) > _MOST_SCENES:  # those that have not been used for longest
             self.scenes.pop(next(iter(self.scenes)))
@@ -80,10 +80,10 @@ class RayTracer:
 
 
 class SeaScene:
-    """A Sionna scene: the sea as a scene object of sea water, and the antennas as radio devices.
+    """The sea as a scene of Mitsuba, by whose tree rays are tested; `scene` is the same for Sionna.
 
-    The first antenna is the transmitter and all are receivers. They stand where they are when the beam passes the first
-    column, seen along it, y ahead; rays start from where they are when it passes their own.
+    The antennas stand where they are when the beam passes the first column, seen along it, y ahead; rays start from
+    where they are when it passes their own.
     """
 
     def __init__(
@@ -91,39 +91,43 @@ class SeaScene:
     ) -> None:
         """surface: of a sheet, in the antennas' frame. antennas (antenna, 3) m: along the first column, across it, up.
         permittivity: ε′ − jε″ of sea water, relative to vacuum."""
-        backend, self._mi = prepare(), mitsuba()
-        rt: Any = importlib.import_module("sionna.rt")
-
-        shape = mitsuba_mesh("sea", surface)
+        backend, mi = prepare(), mitsuba()
+        self._shape = mitsuba_mesh("sea", surface)
         self.surface, self._vertices = surface, len(surface.vertices)
-        conductivity = -permittivity.imag * 2.0 * np.pi * frequency_hz * VACUUM_PERMITTIVITY
-        water = rt.RadioMaterial("sea-water", relative_permittivity=permittivity.real, conductivity=float(conductivity))
-        shape.set_bsdf(water)
+        self.antennas, self._frequency_hz, self._permittivity = antennas, frequency_hz, permittivity
         # Watertight tests take a third more time, but the simpler tree that they need is built in half of it.
         watertight = {"embree_use_robust_intersections": True} if backend.kind == "llvm" else {}
-        self.scene: Any = rt.Scene(self._mi.load_dict({"type": "scene", **watertight, "sea": shape}))
-        self.scene.frequency = frequency_hz
-        positions, count = _positions(antennas), len(antennas)
-        names = ("lower", "upper") if count == 2 else [f"antenna-{number}" for number in range(count)]
-        self.scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=positions[0]))
-        for name, position in zip(names, positions, strict=True):
-            self.scene.add(rt.Receiver(name, position=position))
+        self.mi_scene: Any = mi.load_dict({"type": "scene", **watertight, "sea": self._shape})
+        self.parameters: Any = mi.traverse(self.mi_scene)
 
-    def place(self, antennas: NDArray[np.float64]) -> None:
-        """Move the radio devices to as many antennas (antenna, 3)."""
-        positions = _positions(antennas)
-        for receiver, position in zip(self.scene.receivers.values(), positions, strict=True):
-            receiver.position = position
-        for transmitter in self.scene.transmitters.values():
-            transmitter.position = positions[0]
+    @property
+    def scene(self) -> Any:
+        """A Sionna scene: the sea as a scene object of sea water, the antennas as radio devices, of which the first
+        transmits and all receive. Made when asked for: Sionna's imports take longer than a turn's rays."""
+        rt: Any = importlib.import_module("sionna.rt")
+        conductivity = float(-self._permittivity.imag * 2.0 * np.pi * self._frequency_hz * VACUUM_PERMITTIVITY)
+        permittivity = self._permittivity.real
+        self._shape.set_bsdf(
+            rt.RadioMaterial("sea-water", relative_permittivity=permittivity, conductivity=conductivity)
+        )
+        scene: Any = rt.Scene(self.mi_scene)
+        scene.frequency = self._frequency_hz
+        count = len(self.antennas)
+        names = ("lower", "upper") if count == 2 else [f"antenna-{number}" for number in range(count)]
+        # Sionna takes x across the column, y along it.
+        positions = [[float(value) for value in (x, y, z)] for y, x, z in self.antennas]
+        scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=positions[0]))
+        for name, position in zip(names, positions, strict=True):
+            scene.add(rt.Receiver(name, position=position))
+        return scene
 
     def update(self, surface: Trimesh) -> bool:
         """Hold another surface; False if it has not as many vertices, and the scene has to be made anew."""
         if self._vertices != len(surface.vertices):
             return False
-        self.surface, parameters = surface, self.scene.mi_scene_params
-        set_triangles(parameters, "sea.", surface)
-        parameters.update()
+        self.surface = surface
+        set_triangles(self.parameters, "sea.", surface)
+        self.parameters.update()
         return True
 
     def hits(self, rays: ShadowRays) -> NDArray[np.bool_]:
@@ -133,12 +137,7 @@ class SeaScene:
     def stopped(self, rays: Any) -> NDArray[np.bool_]:
         """(ray,): Mitsuba's ray hits something."""
         dr: Any = importlib.import_module("drjit")
-        return np.array(dr.detach(self.scene.mi_scene.ray_test(rays, coherent=True), preserve_type=False))
-
-
-def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
-    """Of antennas (antenna, 3) along a column, across it and up: as Sionna takes them, the column along y."""
-    return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
+        return np.array(dr.detach(self.mi_scene.ray_test(rays, coherent=True), preserve_type=False))
 
 
 def _split_mesh(mesh: SurfaceMesh, most_facets: int) -> Iterator[tuple[slice, ...]]:

@@ -41,7 +41,7 @@ def test_rays_at_random_do_not_leak(choppy: tuple[SurfaceMesh, SeaScene], antenn
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, antenna))
     points = targets.points("facet", 3 * RAYS, np.random.default_rng(antenna))
-    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
+    assert leaks(traced.mi_scene, targets.position, points, LATE) == 0
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "vertex"])
@@ -54,7 +54,7 @@ def test_the_sheet_itself_is_closed(choppy: tuple[SurfaceMesh, SeaScene], kind: 
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, antenna))
     points = targets.points(kind, RAYS, np.random.default_rng(antenna + 2))
-    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
+    assert leaks(traced.mi_scene, targets.position, points, LATE) == 0
 
 
 @pytest.mark.parametrize("antenna", [0, 1])
@@ -65,7 +65,7 @@ def test_rays_in_the_plane_of_a_radial_edge_do_not_leak(choppy: tuple[SurfaceMes
     (line,) = np.flatnonzero(np.abs(mesh.grid.azimuth - 90.0) < 1e-9)
     points = targets.points("radial", RAYS, np.random.default_rng(antenna + 4), int(line))
     points[:, 1] = 0.0
-    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
+    assert leaks(traced.mi_scene, targets.position, points, LATE) == 0
 
 
 def test_a_vertex_lets_through_what_rounding_makes_of_it(choppy: tuple[SurfaceMesh, SeaScene]) -> None:
@@ -76,7 +76,7 @@ def test_a_vertex_lets_through_what_rounding_makes_of_it(choppy: tuple[SurfaceMe
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, 0))
     points = targets.points("vertex", RAYS, np.random.default_rng(6))
-    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) < RAYS * 2.0 / 64.0
+    assert leaks(traced.mi_scene, targets.position, points, LATE) < RAYS * 2.0 / 64.0
 
 
 def test_no_facets_point_lies_on_a_radial_edge_or_a_vertex(choppy: tuple[SurfaceMesh, SeaScene]) -> None:

@@ -102,7 +102,7 @@ def test_each_facet_that_a_ray_meets_first_is_kept(aside: float) -> None:
     (sheet,) = mesh.sheets()
     rays = shadow_rays(mesh, mesh.facets, sheet)
     held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[0], 10e9, WATER)
-    found = held.scene.mi_scene.ray_intersect_preliminary(rays.traced)
+    found = held.mi_scene.ray_intersect_preliminary(rays.traced)
     column = rays.number // rays.front.shape[2] % rays.columns.size
     inside = np.abs(column - 0.5 * (rays.columns.size - 1)) < 0.5 * rays.columns.size - 9.0  # not through the sides
     met = np.array(found.prim_index)[np.isfinite(np.array(found.t)) & inside]

@@ -408,7 +408,7 @@ def test_what_is_traced_each_turn_is_a_trimesh(sector: list[float], monkeypatch:
         scenes = list(kept.scenes.values())
         for surface, held, sheet in zip(surfaces, scenes, mesh.sheets(), strict=True):
             assert isinstance(surface, trimesh.Trimesh)
-            parameters = held.scene.mi_scene_params
+            parameters = held.parameters
             stored = stored_vertices(parameters)
             assert_array_equal(stored, surface.vertices.astype(np.float32))
             assert_array_equal(np.array(parameters["sea.faces"]).reshape(-1, 3), surface.faces)

@@ -167,7 +167,7 @@ def watertight(effort: Effort) -> list[Finding]:
             while left > 0:
                 points = targets.points(kind, min(left, AT_ONCE), rng)
                 left -= len(points)
-                for number, traced in enumerate((held.scene.mi_scene, plain)):
+                for number, traced in enumerate((held.mi_scene, plain)):
                     counts[kind][number] += leaks(traced, position, points, late=0.5)
     total = 2 * each
     figure, axes = graph("Rays aimed at", "Share that leaks", "Watertightness, by where rays are aimed; no bar: none")

@@ -58,7 +58,7 @@ def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
 
     return [
         Engine(FLOOR, lambda: floor.test(on_device), free, count),
-        Engine("  in the package's scene", lambda: floor.test(on_device, sheet.scene.scene.mi_scene), free, count),
+        Engine("  in the package's scene", lambda: floor.test(on_device, sheet.scene.mi_scene), free, count),
         Engine(PACKAGE, sheet.stage, lambda lit: lit, count),
         Engine("package: horizon, float64", lambda: trace_horizon(case.mesh).lit, whole, count),
     ]
