@@ -25,6 +25,7 @@ from scipy.special import i0, jv
 from ..compute.compiled import compiled
 from ..physics.dispersion import Water
 from .observations import Observations, damped
+from .phasors import phasors
 from .spectrum import Field, Lattice
 
 Waves = NDArray[np.complex64]
@@ -325,10 +326,8 @@ class WaveSum:
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
     ) -> NDArray[np.complex64]:
         kx, ky, omega = (each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.omega))
-        turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
-        return (factor[lattice.scale > 0.0] * np.exp(1j * turns) * damped(seen.blur[:, None], kx, ky)).astype(
-            np.complex64
-        )
+        waves = phasors(kx, ky, omega, x, y, seen.time)
+        return (factor[lattice.scale > 0.0] * waves * damped(seen.blur[:, None], kx, ky)).astype(np.complex64)
 
     def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: Field) -> Terms:
         swing = lattice.omega * self._half
