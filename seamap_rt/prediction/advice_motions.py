@@ -17,6 +17,7 @@ import finufft
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..compute.machine import pool
 from ..conventions import GRAVITY, unit_from_azimuth
 from ..errors import InputError
 from .field import WaveField
@@ -184,10 +185,14 @@ class SeaAhead:
         sets = self.waves, self.groups, self.spectrum
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
         made = np.empty((len(courses), len(QUANTITIES), whole.kx.size), np.complex128)
-        for heading in {course.heading_deg for course in courses}:
+
+        def one(heading: float) -> None:
             chosen = [number for number, course in enumerate(courses) if course.heading_deg == heading]
             speeds = np.array([[courses[number].speed_m_s] for number in chosen])
             made[chosen] = np.moveaxis(shares(whole, (heading, speeds)), 1, 0)
+
+        with pool() as workers:
+            list(workers.map(one, {course.heading_deg for course in courses}))
         ends = np.cumsum([each.kx.size for each in sets])
         return Transfers(courses, *np.split(made, ends[:-1], axis=-1))
 
@@ -196,7 +201,8 @@ class SeaAhead:
         step, count = float(lead[1] - lead[0]), lead.size
         made = np.zeros((self.amplitudes.shape[0], *transfers.waves.shape[:2], count), np.complex128)
         own = {part: np.flatnonzero(each) for part, each in enumerate(self.amplitudes) if each.any()}
-        for number, (course, share) in enumerate(zip(transfers.courses, transfers.waves, strict=True)):
+
+        def one(number: int, course: Course, share: Envelope) -> None:
             # Moments are a transform's modes, counted from its middle.
             angle = (self.waves.encounter(course) * step + np.pi) % (2.0 * np.pi) - np.pi
             middle = self.amplitudes * self.waves.phasors(course, lead[count // 2 : count // 2 + 1])
@@ -204,6 +210,9 @@ class SeaAhead:
                 strengths = middle[part, waves] * share.take(waves, axis=1)
                 sums: Any = finufft.nufft1d1(angle[waves], strengths, count, eps=_EXACT, isign=-1, nthreads=1)
                 made[part, number] = sums
+
+        with pool() as workers:
+            list(workers.map(one, range(made.shape[1]), transfers.courses, transfers.waves))
         return made
 
     def expected(self, lead: Field, transfers: Transfers) -> Expectation:
@@ -219,7 +228,8 @@ class SeaAhead:
         normal = stream.standard_normal((draws, 2 * chosen.size), np.float32)
         made = np.empty((*mean.shape[:2], draws, lead.size), np.float32)
         groups = Waves(*(each[chosen] for each in (self.groups.kx, self.groups.ky, self.groups.omega)))
-        for number, course in enumerate(transfers.courses):
+
+        def one(number: int, course: Course) -> None:
             share = transfers.groups[number][:, chosen] * scale
             power = np.maximum(np.sum(np.abs(share) ** 2, axis=1), 1e-300)
             size = np.sqrt(variance[number] / power[:, None])
@@ -227,6 +237,9 @@ class SeaAhead:
             errors = share.astype(np.complex64)[:, :, None] * swing * size.astype(np.float32)[:, None]
             made[number] = normal @ np.concatenate((errors.real, -errors.imag), axis=1)
             made[number] += mean[number, :, None]
+
+        with pool() as workers:
+            list(workers.map(one, range(made.shape[0]), transfers.courses))
         return made
 
     def moments(self, transfers: Transfers) -> tuple[Field, Field]:
