@@ -15,12 +15,14 @@ from typing import Any
 
 import finufft
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ..compute.machine import pool
 from ..conventions import GRAVITY, unit_from_azimuth
 from ..errors import InputError
 from .field import WaveField
 from .knowledge import height_of
+from .phasors import phasors
 from .quantity import Course
 from .spectrum import Field
 from .vessel import Box, Disc, Vessel
@@ -82,13 +84,20 @@ class Waves:
     ky: Field
     omega: Field
 
-    def encounter(self, course: Course) -> Field:
-        """rad/s, (wave,): ω − k·U."""
-        east, north = unit_from_azimuth(course.heading_deg)
-        return self.omega - course.speed_m_s * (self.kx * east + self.ky * north)
+    def encounter(self, way: Way) -> Field:
+        """rad/s, (…, wave): ω − k·U."""
+        heading, speed = way
+        east, north = unit_from_azimuth(heading)
+        return self.omega - np.asarray(speed) * (self.kx * east + self.ky * north)
+
+    def phasors(self, course: Course, lead: Field) -> Envelope:
+        """e^−jωₑt (moment, wave) at leads [s]."""
+        x, y = (course.speed_m_s * part * lead for part in unit_from_azimuth(course.heading_deg))
+        return phasors(self.kx, self.ky, self.omega, x, y, lead)
 
 
-Shares = Callable[[Waves, Course], Envelope]  # (quantity, wave) per metre of amplitude
+Way = tuple[float, ArrayLike]  # a course, or a heading [deg] and speeds (…, 1) [m/s]
+Shares = Callable[[Waves, Way], Envelope]  # (quantity, …, wave) per metre of amplitude
 
 
 @dataclass(frozen=True)
@@ -108,16 +117,16 @@ def shares_of(vessel: Vessel, hull: Hull, depth_m: float) -> Shares:
     """QUANTITIES per metre of wave amplitude; of the bow 0 where it is not known."""
     forward, starboard = hull.place_m
 
-    def shares(waves: Waves, course: Course) -> Envelope:
-        met = vessel.response(waves.kx, waves.ky, waves.omega, *course, depth_m)
-        there = met.heave + forward * met.pitch - starboard * met.roll
-        bow = np.zeros(waves.kx.shape, np.complex128)
+    def shares(waves: Waves, way: Way) -> Envelope:
+        met = vessel.response(waves.kx, waves.ky, waves.omega, *way, depth_m)
+        made = np.zeros((len(QUANTITIES), *met.heave.shape), np.complex128)
+        made[0], made[1], made[2] = met.heave, met.roll, met.pitch
+        made[3] = -(waves.encounter(way) ** 2) * (met.heave + forward * met.pitch - starboard * met.roll)
         if hull.bow_m is not None:
-            east, north = unit_from_azimuth(course.heading_deg)
+            east, north = unit_from_azimuth(way[0])
             ahead = waves.kx * east + waves.ky * north
-            bow = met.heave + hull.bow_m * met.pitch - np.exp(1j * hull.bow_m * ahead)
-        each = met.heave, met.roll, met.pitch, -(waves.encounter(course) ** 2) * there, bow
-        return np.asarray(each, np.complex128)
+            made[4] = met.heave + hull.bow_m * met.pitch - np.exp(1j * hull.bow_m * ahead)
+        return made
 
     return shares
 
@@ -172,25 +181,38 @@ class SeaAhead:
         )
 
     def transfers(self, courses: Sequence[Course], shares: Shares) -> Transfers:
-        """Of some courses; all waves of a course at once."""
+        """Of some courses; all waves and speeds of a heading at once."""
         sets = self.waves, self.groups, self.spectrum
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
-        made = np.stack([shares(whole, course) for course in courses])
+        made = np.empty((len(courses), len(QUANTITIES), whole.kx.size), np.complex128)
+
+        def one(heading: float) -> None:
+            chosen = [number for number, course in enumerate(courses) if course.heading_deg == heading]
+            speeds = np.array([[courses[number].speed_m_s] for number in chosen])
+            made[chosen] = np.moveaxis(shares(whole, (heading, speeds)), 1, 0)
+
+        with pool() as workers:
+            list(workers.map(one, {course.heading_deg for course in courses}))
         ends = np.cumsum([each.kx.size for each in sets])
         return Transfers(courses, *np.split(made, ends[:-1], axis=-1))
 
     def envelopes(self, lead: Field, transfers: Transfers) -> Envelope:
         """Sums of the expected waves (set, course, quantity, moment) at evenly spaced leads [s] from 0 on."""
         step, count = float(lead[1] - lead[0]), lead.size
-        made = np.empty((self.amplitudes.shape[0], *transfers.waves.shape[:2], count), np.complex128)
-        for number, (course, share) in enumerate(zip(transfers.courses, transfers.waves, strict=True)):
+        made = np.zeros((self.amplitudes.shape[0], *transfers.waves.shape[:2], count), np.complex128)
+        own = {part: np.flatnonzero(each) for part, each in enumerate(self.amplitudes) if each.any()}
+
+        def one(number: int, course: Course, share: Envelope) -> None:
             # Moments are a transform's modes, counted from its middle.
-            turned = self.waves.encounter(course) * step
-            middle = self.amplitudes * np.exp(-1j * turned * (count // 2))
-            strengths = np.ascontiguousarray((middle[:, None] * share).reshape(-1, turned.size))
-            angle = (turned + np.pi) % (2.0 * np.pi) - np.pi
-            sums: Any = finufft.nufft1d1(angle, strengths, count, eps=_EXACT, isign=-1, nthreads=1)
-            made[:, number] = sums.reshape(made.shape[0], -1, count)
+            angle = (self.waves.encounter(course) * step + np.pi) % (2.0 * np.pi) - np.pi
+            middle = self.amplitudes * self.waves.phasors(course, lead[count // 2 : count // 2 + 1])
+            for part, waves in own.items():
+                strengths = middle[part, waves] * share.take(waves, axis=1)
+                sums: Any = finufft.nufft1d1(angle[waves], strengths, count, eps=_EXACT, isign=-1, nthreads=1)
+                made[part, number] = sums
+
+        with pool() as workers:
+            list(workers.map(one, range(made.shape[1]), transfers.courses, transfers.waves))
         return made
 
     def expected(self, lead: Field, transfers: Transfers) -> Expectation:
@@ -205,15 +227,19 @@ class SeaAhead:
         stream, scale = np.random.default_rng(seed), np.sqrt(self.variances[chosen])
         normal = stream.standard_normal((draws, 2 * chosen.size), np.float32)
         made = np.empty((*mean.shape[:2], draws, lead.size), np.float32)
-        for number, course in enumerate(transfers.courses):
+        groups = Waves(*(each[chosen] for each in (self.groups.kx, self.groups.ky, self.groups.omega)))
+
+        def one(number: int, course: Course) -> None:
             share = transfers.groups[number][:, chosen] * scale
             power = np.maximum(np.sum(np.abs(share) ** 2, axis=1), 1e-300)
             size = np.sqrt(variance[number] / power[:, None])
-            swing = np.exp(-1j * np.multiply.outer(self.groups.encounter(course)[chosen], lead)).astype(np.complex64)
-            for each, (part, high) in enumerate(zip(share.astype(np.complex64), size, strict=True)):
-                waves = part[:, None] * swing * high.astype(np.float32)
-                made[number, each] = normal @ np.concatenate((waves.real, -waves.imag))
+            swing = groups.phasors(course, lead).astype(np.complex64).T
+            errors = share.astype(np.complex64)[:, :, None] * swing * size.astype(np.float32)[:, None]
+            made[number] = normal @ np.concatenate((errors.real, -errors.imag), axis=1)
             made[number] += mean[number, :, None]
+
+        with pool() as workers:
+            list(workers.map(one, range(made.shape[0]), transfers.courses))
         return made
 
     def moments(self, transfers: Transfers) -> tuple[Field, Field]:

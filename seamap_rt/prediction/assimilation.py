@@ -29,6 +29,7 @@ from scipy import fft
 from scipy.linalg import cho_factor, cho_solve
 
 from .observations import Observations, damped
+from .phasors import phasors
 from .spectrum import Field, Lattice
 from .wave_sum import WaveSum
 
@@ -174,9 +175,8 @@ class StrongestWaves:
             x, y, time = (
                 np.bincount(square, batch.weight * each) / information for each in (seen.x, seen.y, seen.time)
             )
-            turns = np.outer(x, kx) + np.outer(y, ky) - np.outer(time, omega)
             size = root * factor * damped(batch.sum.blur.mean(axis=0), kx, ky)
-            waves = np.sqrt(information)[:, None] * np.exp(1j * turns) * size
+            waves = np.sqrt(information)[:, None] * phasors(kx, ky, omega, x, y, time) * size
             rows = np.hstack((waves.real, -waves.imag)).astype(np.float32)
             made += rows.T @ rows
         return made

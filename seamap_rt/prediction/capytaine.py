@@ -9,13 +9,13 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..io.declared import to_unit
 from ..io.opening import load, open_dataset
 from ..physics.dispersion import wavenumber
-from .vessel import Complex, Met, Real, Responses, Vessel, meeting
+from .vessel import Complex, Met, Real, Responses, Values, Vessel, meeting
 
 _SLOW = 1e-3  # rad/s: slower encounters count as this, since nothing holds a free boat in surge and sway
 _FREE = ("Heave", "Roll", "Pitch")
@@ -51,7 +51,7 @@ class _Tabulated:
     notes: tuple[str, ...] = ()  # what was left out of the file, or is odd in it
 
     def response(
-        self, kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
+        self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
         met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)

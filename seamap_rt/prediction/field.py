@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..io.text import InRows
 from .ensemble import Member
 from .knowledge import Knowledge, ModelError, height_of
+from .phasors import phasors
 from .quantity import AT_REST, Course, Quantity, power, quantities
 from .spectrum import Field, Lattice, Spectrum, fastest
 from .vessel import Vessel
@@ -215,8 +216,8 @@ class WaveField(InRows):
         block = max(1, int(_BLOCK / kept.size))
         for first in range(0, x.size, block):
             part = slice(first, first + block)
-            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
-            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
+            lead = time[part] - self.issued
+            made[:, part] = waves @ phasors(kx, ky, omega, east[part], north[part], lead, np.complex64).T
         return made.reshape(len(factors), -1, x.size)
 
     @property
@@ -300,12 +301,11 @@ def _summed(
     power = lattice.scale.ravel() ** 2
     order = np.argsort(power)[::-1]
     kept = order[: int(np.searchsorted(np.cumsum(power[order]), _HELD * power.sum())) + 1]
-    kx, ky, omega, a = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega, amplitudes))
-    waves = np.stack([factor.ravel()[kept] * a for factor in factors])
+    kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
+    waves = np.stack([factor.ravel()[kept] for factor in factors]) * amplitudes.ravel()[kept]
     sums = np.empty((len(factors), x.size), np.complex128)
     step = max(1, int(_BLOCK / max(kept.size, 1)))
     for first in range(0, x.size, step):
         part = slice(first, first + step)
-        turns = kx[:, None] * x[part] + ky[:, None] * y[part] - omega[:, None] * time[part]
-        sums[:, part] = waves @ np.exp(1j * turns)
+        sums[:, part] = waves @ phasors(kx, ky, omega, x[part], y[part], time[part]).T
     return list(sums)

@@ -22,6 +22,7 @@ from ..physics.dispersion import angular_frequency
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating]
+Values = ArrayLike
 
 _PERIOD = 0.8  # s/√m: roll's period times √GM over the beam, of craft below 45 m (IMCO 1973, fishing vessels' code)
 _FLAT, _NARROW, _SLENDER = 6.0, 3.0, 1.0  # beam over draught: where the fits of roll damping end and change
@@ -41,11 +42,12 @@ class Vessel(Protocol):
     """What floats on the waves."""
 
     def response(
-        self, kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
+        self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
-        """Motions in waves of wavevectors (kx east, ky north) [rad/m] and frequencies omega over ground [rad/s], of
-        their broadcast shape, on a heading [deg clockwise from north] at a speed over ground along it [m/s], in water
-        of a depth [m]. Raises ValueError for a heading or speed that is not finite and for a depth ≤ 0."""
+        """Motions in waves of wavevectors (kx east, ky north) [rad/m] and frequencies omega over ground [rad/s], on a
+        heading [deg clockwise from north] at speeds over ground along it [m/s], of the broadcast shape of waves and
+        speeds, in water of a depth [m]. Raises ValueError for a heading or speed that is not finite and for a depth
+        ≤ 0."""
         ...
 
 
@@ -54,11 +56,11 @@ class Follower:
     """A small raft without mass, which follows the surface: the limit of all vessels in long waves."""
 
     def response(
-        self, kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
+        self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
         met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
-        return Responses(np.ones(met.k.shape, dtype=np.complex128), -1j * met.starboard, 1j * met.ahead)
+        return met.responses(np.ones(met.k.shape), -1j * met.starboard, 1j * met.ahead)
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class Disc:
         return 4.0 / (3.0 * np.pi) * (0.5 * self.diameter_m)  # m of water under the disc that weigh as the added mass
 
     def response(
-        self, kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
+        self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
         met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
@@ -99,7 +101,7 @@ class Disc:
         damping = 0.5 * np.pi * (radiated * np.exp(-met.pull * self.draught_m) * _over_disc(radiated)) ** 2
         share = _over_disc(met.k * radius)
         heave = _relative(met, self.draught_m, self._added_draught, damping, depth_m) * share
-        return Responses(heave, -1j * met.starboard * share, 1j * met.ahead * share)
+        return met.responses(heave, -1j * met.starboard * share, 1j * met.ahead * share)
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ class Box:
         return self.roll_period_s or float(_PERIOD * self.beam_m / np.sqrt(self.stability_m))
 
     def response(
-        self, kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
+        self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
         met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
@@ -188,14 +190,15 @@ class Box:
         else:
             a, b, d = -3.94 * ratio + 13.69, -2.12 * ratio - 1.89, 1.16 * ratio - 7.97
         tempo = np.sqrt(2.0 * GRAVITY / self.beam_m)
-        beat = np.maximum(np.abs(met.encounter) / tempo, 0.01)  # slower, the fit is 0 to the last digit
-        inviscid = self.beam_m**2 * tempo * a * np.exp(b * beat**-1.3) * beat**d / (GRAVITY * self.stability_m)
+        beat = np.log(np.maximum(np.abs(met.encounter) / tempo, 0.01))  # slower, the fit is 0 to the last digit
+        fit = a * np.exp(b * np.exp(-1.3 * beat) + d * beat)
+        inviscid = self.beam_m**2 * tempo * fit / (GRAVITY * self.stability_m)
         return inviscid + self.roll_damping * self.natural_roll_s / np.pi
 
 
 @dataclass(frozen=True)
 class Met:
-    """Waves as a boat meets them."""
+    """Waves as a boat meets them; encounters by speed too."""
 
     k: Real  # rad/m
     ahead: Real  # rad/m, of the wavevector towards the bow
@@ -208,19 +211,21 @@ class Met:
         """ωₑ²/g [rad/m]: the wavenumber of waves that the boat sends out, in deep water."""
         return self.encounter**2 / GRAVITY
 
+    def responses(self, *motions: NDArray[np.inexact]) -> Responses:
+        """Motions of which some are alike at all speeds."""
+        return Responses(*(np.broadcast_to(each, self.encounter.shape).astype(np.complex128) for each in motions))
 
-def meeting(
-    kx: ArrayLike, ky: ArrayLike, omega: ArrayLike, heading_deg: float, speed_m_s: float, depth_m: float = inf
-) -> Met:
+
+def meeting(kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf) -> Met:
     """How a boat meets waves: see `Vessel.response`."""
     for name, value in (("heading_deg", heading_deg), ("speed_m_s", speed_m_s)):
-        if not np.isfinite(value):
-            raise ValueError(f"{name} = {value:g}: must be finite; give the boat's way over ground")
+        if not np.isfinite(value).all():
+            raise ValueError(f"{name} = {np.asarray(value)}: must be finite; give the boat's way over ground")
     east, north, omega = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (kx, ky, omega)))
     bow_east, bow_north = unit_from_azimuth(heading_deg)
     k, ahead = np.hypot(east, north), east * bow_east + north * bow_north
     sigma = angular_frequency(k, depth_m, surface_tension=0.0)
-    return Met(k, ahead, east * bow_north - north * bow_east, sigma, omega - speed_m_s * ahead)
+    return Met(k, ahead, east * bow_north - north * bow_east, sigma, omega - np.asarray(speed_m_s) * ahead)
 
 
 def _relative(met: Met, draught_m: float, added_m: float, damping: Real, depth_m: float) -> Complex:

@@ -2,10 +2,9 @@
 
 The value of a kind at (x, t) is Re Σ f a e^j(k·x − ωt). A batch of observations spans a second or two, in which its
 time is followed by Chebyshev's polynomials T_m of τ ∈ [−1, 1]: e^(−jωt) = e^(−jωt₀) Σ (2 − δ_m0) (−j)^m J_m(ωΔ) T_m(τ)
-(Jacobi and Anger). Each term is a transform from a lattice to places off it (Barnett, Magland & af Klinteberg 2019);
-each is real, so that two of them go in one (`terms`).
-
-Terms of a wave's time, two in one complex transform, and the sums of them: the compiled loops of `wave_sum`.
+(Jacobi and Anger). Each term is a transform from a lattice to places off it: an FFT to a finer grid, as wide as the
+places lie, and a Kaiser–Bessel kernel between its points (Jackson et al. 1991; Beatty, Nishimura & Pauly 2005). Each is
+real, so that two of them go in one (`Terms`).
 
 Term m is c β_m (−j)^m with a carrier c of each wave and real β_m, and its field is real. Of the fields of an even term
 and the odd one after it, one as the real and one as the imaginary part, the wave's amplitudes are f c a + g (c a)*
@@ -16,17 +15,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
-import finufft
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import jv
+from scipy import fft
+from scipy.special import i0, jv
 
 from ..compute.compiled import compiled
 from ..physics.dispersion import Water
 from .observations import Observations, damped
+from .phasors import phasors
 from .spectrum import Field, Lattice
 
 Waves = NDArray[np.complex64]
@@ -63,7 +62,7 @@ class Terms:
         return made
 
     def amplitudes(self, pairs: Waves) -> Waves:
-        """The adjoint of that."""
+        """The adjoint of that, of as many columns as there are waves."""
         made = np.empty(self.carrier.shape, np.complex64)
         _amplitudes(self.carrier, self.mine, self.against, pairs, made)
         return made
@@ -74,13 +73,16 @@ def _pairs(
     carrier: Waves, mine: NDArray[np.float32], against: NDArray[np.float32], amplitudes: Waves, made: Waves
 ) -> None:
     count, rows, columns = mine.shape
+    carried = carrier * amplitudes
     for i in range(rows):
-        for j in range(columns):
-            forth = carrier[i, j] * amplitudes[i, j]
-            a, b = rows - 1 - i, columns - 1 - j
-            back = np.conj(carrier[a, b] * amplitudes[a, b])
-            for pair in range(count):
-                made[pair, i, j] = mine[pair, i, j] * forth + against[pair, i, j] * back
+        forth, back = carried[i], carried[rows - 1 - i]
+        for pair in range(count):
+            f, g, line = mine[pair, i], against[pair, i], made[pair, i]
+            for j in range(columns):
+                b = columns - 1 - j
+                line[j] = complex(
+                    f[j] * forth[j].real + g[j] * back[b].real, f[j] * forth[j].imag - g[j] * back[b].imag
+                )
 
 
 @compiled
@@ -88,22 +90,143 @@ def _amplitudes(
     carrier: Waves, mine: NDArray[np.float32], against: NDArray[np.float32], pairs: Waves, made: Waves
 ) -> None:
     count, rows, columns = mine.shape
+    real, imaginary = np.empty(columns, np.float32), np.empty(columns, np.float32)
     for i in range(rows):
+        real[:] = 0.0
+        imaginary[:] = 0.0
+        for pair in range(count):
+            f, g, forth, back = mine[pair, i], against[pair, rows - 1 - i], pairs[pair, i], pairs[pair, rows - 1 - i]
+            for j in range(columns):
+                b = columns - 1 - j
+                real[j] += f[j] * forth[j].real + g[b] * back[b].real
+                imaginary[j] += f[j] * forth[j].imag - g[b] * back[b].imag
         for j in range(columns):
-            a, b = rows - 1 - i, columns - 1 - j
-            total = np.complex64(0.0)
-            for pair in range(count):
-                total += mine[pair, i, j] * pairs[pair, i, j] + against[pair, a, b] * np.conj(pairs[pair, a, b])
-            made[i, j] = np.conj(carrier[i, j]) * total
+            c = carrier[i, j]
+            made[i, j] = complex(c.real * real[j] + c.imag * imaginary[j], c.real * imaginary[j] - c.imag * real[j])
 
 
 Amplitudes = Sequence[NDArray[np.complex64]]
 
-_EXACT = 3e-3  # of the transforms, relative: below what any observation tells
+_WIDTH, _FINER = 5, 1.35  # grid points under a kernel, and of the grid for each wave: values are right to 3e-4
 _LEFT = 1e-2  # of the sea's standard deviation, by the first term in time that is left out
 _MOST_TERMS = 40
 _TABLE = 4096  # steps to the greatest argument of Bessel's functions: between them lines are right to 1e-5 and better
 _FEW = 100  # places, up to which sums are faster written out
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """From a lattice's waves to places (member,) off it, and back: see the module. phase (column,): of the middle wave.
+
+    row, column (member,): of the first grid point under a place's kernel; across, along (member, _WIDTH): the kernel.
+    """
+
+    size: int  # grid points to the lattice's period
+    shape: tuple[int, int]  # rows and columns of them about the places
+    phase: Waves
+    row: NDArray[np.int32]
+    column: NDArray[np.int32]
+    across: NDArray[np.float32]
+    along: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, lattice: Lattice, x: Field, y: Field) -> tuple[_Grid, NDArray[np.complex128]]:
+        """The grid, and what the waves' carriers (n, n) are multiplied by. Places lie within the waves' period."""
+        side = lattice.k.shape[0]
+        mode = np.arange(side) - side // 2
+        turns = np.stack((x, y)) * (lattice.spacing / (2.0 * np.pi))
+        spare = 1.0 - float(np.ptp(turns, axis=1).max())
+        if not spare > 0.0:
+            raise ValueError("observations lie farther apart than the waves' period")
+        least = int(np.ceil(max(_FINER * side, (_WIDTH + 1) / spare)))
+        size = int(fft.next_fast_len(least) or least)
+        sharp = np.pi * np.sqrt((_WIDTH * (1.0 - 0.5 * side / size)) ** 2 - 0.8)
+        root = np.sqrt(sharp**2 - (np.pi * _WIDTH / size * mode) ** 2)
+        corner = np.floor(turns.min(axis=1) * size) - 0.5 * _WIDTH
+        at = turns * size - corner[:, None]
+        first = np.ceil(at - 0.5 * _WIDTH)
+        off = first[..., None] + np.arange(_WIDTH) - at[..., None]
+        kernel = i0(sharp * np.sqrt(np.maximum(1.0 - (2.0 / _WIDTH * off) ** 2, 0.0))).astype(np.float32)
+        rows, columns = (int(each) + _WIDTH for each in first.max(axis=1))
+        phase = np.exp(-2j * np.pi / size * (side // 2) * np.arange(columns)).astype(np.complex64)
+        east, north = root / (_WIDTH * np.sinh(root)) * np.exp(2j * np.pi / size * np.outer(corner, mode))
+        return cls(size, (rows, columns), phase, *first.astype(np.int32), *kernel), np.outer(east, north)
+
+    def values(self, pairs: Waves, times: Waves) -> NDArray[np.float32]:
+        """Sums (member,) of the fields of pairs (pair, n, n), by times (pair, member)."""
+        middle, columns = pairs.shape[1] // 2, self.shape[1]
+        lines = np.asarray(fft.ifft(pairs, self.size, axis=2, norm="forward"))[:, :, :columns]
+        grid = np.zeros((pairs.shape[0], self.size, columns), np.complex64)
+        np.multiply(lines[:, middle:], self.phase, out=grid[:, : middle + 1])
+        np.multiply(lines[:, :middle], self.phase, out=grid[:, self.size - middle :])
+        grid = np.asarray(fft.ifft(grid, axis=1, norm="forward", overwrite_x=True))
+        made = np.empty(self.row.size, np.float32)
+        _gathered(_parts(grid), self.row, self.column, self.across, self.along, _parts(times), made)
+        return made
+
+    def pairs(self, values: NDArray[np.float32], times: Waves, side: int) -> Waves:
+        """The adjoint: pairs (pair, n, n and more columns)."""
+        middle = side // 2
+        grid = np.zeros((times.shape[0], *self.shape), np.complex64)
+        _scattered(_parts(grid), self.row, self.column, self.across, self.along, _parts(times), values)
+        lines = np.asarray(fft.fft(grid, self.size, axis=1))
+        turned = np.empty((times.shape[0], side, self.shape[1]), np.complex64)
+        np.multiply(lines[:, : middle + 1], self.phase.conj(), out=turned[:, middle:])
+        np.multiply(lines[:, self.size - middle :], self.phase.conj(), out=turned[:, :middle])
+        return np.asarray(fft.fft(turned, self.size, axis=2))
+
+
+def _parts(waves: Waves) -> NDArray[np.float32]:
+    """Real and imaginary parts (…, 2 n) beside each other."""
+    return waves.view(np.float32)
+
+
+@compiled
+def _gathered(
+    grid: NDArray[np.float32],
+    row: NDArray[np.int32],
+    column: NDArray[np.int32],
+    across: NDArray[np.float32],
+    along: NDArray[np.float32],
+    times: NDArray[np.float32],
+    made: NDArray[np.float32],
+) -> None:
+    part = np.empty(2 * _WIDTH, np.float32)
+    for place in range(row.size):
+        first, total = 2 * column[place], np.float32(0.0)
+        for pair in range(grid.shape[0]):
+            for b in range(_WIDTH):
+                part[2 * b] = along[place, b] * times[pair, 2 * place]
+                part[2 * b + 1] = along[place, b] * times[pair, 2 * place + 1]
+            for a in range(_WIDTH):
+                line = grid[pair, row[place] + a, first : first + 2 * _WIDTH]
+                share = np.float32(0.0)
+                for c in range(2 * _WIDTH):
+                    share += part[c] * line[c]
+                total += across[place, a] * share
+        made[place] = total
+
+
+@compiled
+def _scattered(
+    grid: NDArray[np.float32],
+    row: NDArray[np.int32],
+    column: NDArray[np.int32],
+    across: NDArray[np.float32],
+    along: NDArray[np.float32],
+    times: NDArray[np.float32],
+    values: NDArray[np.float32],
+) -> None:
+    for place in range(row.size):
+        first = 2 * column[place]
+        for pair in range(grid.shape[0]):
+            even, odd = values[place] * times[pair, 2 * place], values[place] * times[pair, 2 * place + 1]
+            for a in range(_WIDTH):
+                line = grid[pair, row[place] + a, first : first + 2 * _WIDTH]
+                for b in range(_WIDTH):
+                    weight = across[place, a] * along[place, b]
+                    line[2 * b] += weight * even
+                    line[2 * b + 1] += weight * odd
 
 
 @dataclass(frozen=True)
@@ -114,16 +237,14 @@ class _Part:
     members: NDArray[np.intp]
     terms: Terms
     times: NDArray[np.complex64]  # (pair, member): T_m(τ) of the even term, and of the odd one as imaginary part
-    to_places: Any
-    from_places: Any
+    grid: _Grid
+    placed: Terms  # with carriers of waves on the grid
 
     def values(self, amplitudes: NDArray[np.complex64]) -> NDArray[np.float32]:
-        fields = self.to_places.execute(self.terms.pairs(amplitudes)).reshape(self.times.shape)
-        return np.sum(fields.real * self.times.real + fields.imag * self.times.imag, axis=0)
+        return self.grid.values(self.placed.pairs(amplitudes), self.times)
 
     def amplitudes(self, values: NDArray[np.float32]) -> NDArray[np.complex64]:
-        sums = self.from_places.execute(self.times * values.astype(np.float32))
-        return self.terms.amplitudes(sums.reshape(self.terms.mine.shape))
+        return self.placed.amplitudes(self.grid.pairs(values, self.times, self.terms.carrier.shape[0]))
 
 
 @dataclass(frozen=True)
@@ -205,10 +326,8 @@ class WaveSum:
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
     ) -> NDArray[np.complex64]:
         kx, ky, omega = (each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.omega))
-        turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
-        return (factor[lattice.scale > 0.0] * np.exp(1j * turns) * damped(seen.blur[:, None], kx, ky)).astype(
-            np.complex64
-        )
+        waves = phasors(kx, ky, omega, x, y, seen.time)
+        return (factor[lattice.scale > 0.0] * waves * damped(seen.blur[:, None], kx, ky)).astype(np.complex64)
 
     def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: Field) -> Terms:
         swing = lattice.omega * self._half
@@ -235,25 +354,9 @@ class WaveSum:
         tau = np.clip((self._seen.time[members] - self._time) / self._half, -1.0, 1.0)
         chebyshev = np.cos(np.arange(2 * terms.count)[:, None] * np.arccos(tau))
         times = (chebyshev[0::2] + 1j * chebyshev[1::2]).astype(np.complex64)
-        angles = [
-            ((each[members] * lattice.spacing + np.pi) % (2.0 * np.pi) - np.pi).astype(np.float32) for each in (x, y)
-        ]
-        plans = []
-        for kind, sign in ((2, 1), (1, -1)):
-            # One thread a plan: transforms as small as these lose by more, and batches run side by side.
-            plan = finufft.Plan(
-                kind,
-                lattice.k.shape,
-                n_trans=terms.count,
-                eps=_EXACT,
-                isign=sign,
-                dtype="complex64",
-                nthreads=1,
-                upsampfac=1.25,
-            )
-            plan.setpts(*angles)
-            plans.append(plan)
-        return _Part(number, members, terms, times, *plans)
+        grid, carrier = _Grid.of(lattice, x[members], y[members])
+        placed = replace(terms, carrier=(terms.carrier * carrier).astype(np.complex64))
+        return _Part(number, members, terms, times, grid, placed)
 
     def places(self, lattice: int) -> NDArray[np.intp]:
         """Of the observations that a lattice's waves are summed at."""

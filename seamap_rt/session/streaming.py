@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..compute.machine import pool
 from ..io import signal_k
 from ..io.stream import Advice, Broadcast, Forecast, Pose, QuietWindows, SeaState, TurnMessage
 from ..prediction import Predictor, WaveField, advise, issue, predictor_of
@@ -43,15 +44,18 @@ class Composer:
         number, time = int(polar["turn"]), float(polar["time"].max())
         pose = pose_of(echoes, number)
         made = None if forecast is None else forecast[1].isel(issue=0, place=0)
-        return TurnMessage(
-            turn=number + 1,
-            time_s=time,
-            pose=pose,
-            sea_state=_state(self._record.row(polar)),
-            forecast=None if made is None else _forecast(made),
-            quiet_windows=None if made is None else _windows(made),
-            advice=None if forecast is None or self._vessel is None else _advice(forecast[0], self._vessel, pose),
-        )
+        with pool() as workers:
+            row = workers.submit(self._record.row, polar)
+            advice = None if forecast is None or self._vessel is None else _advice(forecast[0], self._vessel, pose)
+            return TurnMessage(
+                turn=number + 1,
+                time_s=time,
+                pose=pose,
+                sea_state=_state(row.result()),
+                forecast=None if made is None else _forecast(made),
+                quiet_windows=None if made is None else _windows(made),
+                advice=advice,
+            )
 
 
 def pose_of(echoes: xr.Dataset, number: int) -> Pose:
