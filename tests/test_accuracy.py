@@ -126,6 +126,7 @@ SEAS = {
 
 
 @pytest.mark.parametrize("name", SEAS)
+@pytest.mark.slow
 def test_error_bars_hold_on_other_seas(name: str) -> None:
     """Of waves of 25 m, which the footprint flattens, to a swell of 225 m; from a high mast phases turn by cycles.
 

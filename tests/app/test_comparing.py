@@ -47,6 +47,7 @@ def _run(seed: int, turns: int, factor: NDArray[np.float64] | float = 1.0, span_
 
 
 @pytest.mark.parametrize(("turns", "span_deg"), [((3, 3), 360.0), ((3, 1), 360.0), ((2, 2), 90.0), ((1, 1), 60.0)])
+@pytest.mark.slow
 def test_runs_that_differ_by_their_seeds_alone_are_called_better_in_one_of_twenty_draws_at_most(
     turns: tuple[int, int], span_deg: float
 ) -> None:

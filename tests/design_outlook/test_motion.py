@@ -61,6 +61,7 @@ def motion_of(made: Scene) -> tuple[Motion, Design, Any]:
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.slow
 def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) -> None:
     """Height errors by range to 20 % (four turns of other seas: 96 waves to a bin, 7 %), the radius to 8 %."""
     made, squares, number, rings = scene(**CASES[case]), np.zeros(len(BINS)), np.zeros(len(BINS)), []

@@ -381,6 +381,7 @@ def test_where_half_is_visible_to_no_range_it_says_why(window: list[float], said
 
 
 @pytest.mark.parametrize("keys", [{"radar.height_m": 7.0}, {"sea.waves.0.significant_wave_height_m": 1.0, "seed": 5}])
+@pytest.mark.slow
 def test_a_radar_sees_as_far_as_the_study_of_traced_seas_says(keys: dict[str, Any]) -> None:
     """To 12 %: four seas' half ranges scatter by 3 %, and the strips lack the coarser of a mesh's facets."""
     made = sr.load_scene(CHOPPY, overrides=keys)

@@ -66,6 +66,7 @@ def long_run(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
         return run(load_scene(with_gauges(folder, 36, *tables)), folder / "out")
 
 
+@pytest.mark.slow
 def test_the_radar_follows_the_wires_of_a_long_run(long_run: RunResult) -> None:
     metrics = json.loads((long_run.folder / "metrics.json").read_text(encoding="utf-8"))
     assert [entry["name"] for entry in metrics["gauges"]] == ["wire", "near"]

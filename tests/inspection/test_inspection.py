@@ -73,6 +73,7 @@ def test_echoes_as_they_should_be_are_not_doubtful(transmit: str) -> None:
         ("single", lambda voltage: voltage[:, ::-1], "exchange lower and upper"),
     ],
 )
+@pytest.mark.slow
 def test_a_wrong_sign_is_surely_wrong_and_its_remedy_is_said(transmit: str, change: Any, remedy: str) -> None:
     first, *_ = inspect(planted(change, transmit))
     assert (first.what, first.verdict) == ("sign of the phase", "wrong")

@@ -103,6 +103,7 @@ KINDS = [
 
 @pytest.mark.parametrize(("file", "made", "group"), KINDS)
 @pytest.mark.parametrize("full", ["at a turn", "at the end"])
+@pytest.mark.slow
 def test_a_full_disk_keeps_the_whole_turns(
     alone: Alone, tmp_path: Path, full: str, file: str, made: str, group: str
 ) -> None:

@@ -64,6 +64,7 @@ def measured(name: str, facet: float | None) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", CASES)
+@pytest.mark.slow
 def test_errors_are_as_predicted(name: str) -> None:
     """Within a factor of 1.6, rms over some eighty gates, of rungs so coarse that there is something to measure: where
     the rungs happen to lie is one of eight places that the prediction averages over. A chirp's sidelobes, which are no

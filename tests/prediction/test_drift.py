@@ -106,6 +106,7 @@ def steep_turns(sea: Spectrum, current: tuple[float, float], share: float, count
 
 
 @pytest.mark.parametrize(("current", "share"), [((0.0, 0.0), 0.0), ((0.25, 0.0), 0.0), ((0.1, 0.05), 1.0)])
+@pytest.mark.slow
 def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float, float], share: float) -> None:
     # What both do to the waves of the peak is told to a fifth, as a current alone is. They differ by what short waves
     # have more of amplitude dispersion, half as much again: where there is none none is believed, and of all of it a

@@ -72,6 +72,7 @@ def test_turns_that_are_too_old_are_dropped(polar: xr.Dataset) -> None:
     assert predictor.turn(later) is None
 
 
+@pytest.mark.slow
 def test_a_current_that_was_told_wrong_is_put_right(polar: xr.Dataset) -> None:
     # The water is at rest. A sector that looks up-wave for seven seconds tells that to 0.2 m/s, and the dark forgets
     # nothing of it.

@@ -214,6 +214,7 @@ it.write(Path({folder!r}))
 
 
 @pytest.mark.parametrize("recovered", [False, True])
+@pytest.mark.slow
 def test_killed_it_goes_on_with_the_same_bits(
     recovered: bool, whole: tuple[xr.Dataset, RecordedSea], tmp_path: Path
 ) -> None:

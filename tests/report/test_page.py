@@ -131,6 +131,7 @@ HARD: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("case", HARD)
+@pytest.mark.slow
 def test_hard_cases_are_drawn(case: str, tmp_path: Path) -> None:
     run = HARD[case]()
     if case == "no noise":

@@ -194,6 +194,7 @@ def test_a_scene_written_out_reads_back_with_its_share(scene_with, tmp_path):
 
 
 @pytest.mark.usefixtures("no_pictures")
+@pytest.mark.slow
 def test_a_run_tells_the_share_that_was_asked_for(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     chosen = {

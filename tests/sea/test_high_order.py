@@ -112,6 +112,7 @@ def test_stokes_waves_keep_shape_and_speed(steepness: float, depth: float) -> No
 
 
 @pytest.mark.parametrize(("order", "steepness"), [(2, 0.05), (5, 0.1)])
+@pytest.mark.slow
 def test_energy_is_kept_over_fifty_periods(order: int, steepness: float) -> None:
     """To 1e-4. What is lost is the time step's, 1.3e-5 at ka = 0.1 and 40 steps a period."""
     band = row(1, 12)

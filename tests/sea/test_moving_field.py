@@ -173,6 +173,7 @@ def test_errors_fall_with_the_time_step_as_the_order_says(base, derived):
         assert 1.5**order < errors[0][quantity] / errors[1][quantity] < (1.14 * 1.5) ** order
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_grid_as_the_order_says():
     errors = [rms_errors(*one_wave(7, 0, 0.02, over, order=3)) for over in (1.5, 3.0)]
     in_space: dict[Quantity, int] = {"elevation": 4, "slope_east": 3, "flow_east": 3, "shift_east_east": 2}

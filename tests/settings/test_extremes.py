@@ -86,6 +86,7 @@ def scene_at(where: str, name: str, value: float) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("where", SECTIONS)
+@pytest.mark.slow
 def test_every_number_at_its_ends_is_refused_in_one_line_or_is_worked_out(where: str) -> None:
     """Warnings are errors here."""
     taken = 0

@@ -44,6 +44,7 @@ print(json.dumps(held))
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory held is read from Linux's /proc")
+@pytest.mark.slow
 def test_memory_is_flat_over_turns(tmp_path: Path) -> None:
     """With rays, of which scenes are kept from turn to turn, and all that a run adds to a simulation."""
     done = subprocess.run(

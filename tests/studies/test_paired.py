@@ -27,6 +27,7 @@ def table(
 
 @pytest.mark.parametrize(("common", "own"), [(0.0, 4.0), (3.0, 2.0), (4.0, 0.1)])
 @pytest.mark.parametrize("seeds", [3, 6])
+@pytest.mark.slow
 def test_bands_cover_the_mean_as_often_as_they_say(common: float, own: float, seeds: int) -> None:
     # Over 100 sweeps of six masts, 0.9 % of standard error and more, as masts share seeds. The degrees of freedom are
     # themselves estimated.
@@ -149,6 +150,7 @@ HARD = {
 @pytest.mark.parametrize("kind", HARD)
 @pytest.mark.parametrize("drawn", [normal, heavy, lopsided])
 @pytest.mark.parametrize("seeds", [2, 3, 5, 10])
+@pytest.mark.slow
 def test_a_wrong_choice_is_called_sure_in_one_sweep_of_twenty_at_most(kind: str, drawn: Any, seeds: int) -> None:
     """Whatever the truth is: 5 %, and of 200 sweeps three standard errors of that (1.54 %). Of two seeds never."""
     radii, own = (np.array(each) for each in HARD[kind])
@@ -166,6 +168,7 @@ def test_a_wrong_choice_is_called_sure_in_one_sweep_of_twenty_at_most(kind: str,
 
 @pytest.mark.parametrize("drawn", [normal, heavy, lopsided])
 @pytest.mark.parametrize("seeds", [3, 5, 10])
+@pytest.mark.slow
 def test_choices_said_to_be_sure_are_right_in_nineteen_of_twenty(drawn: Any, seeds: int) -> None:
     """Over sweeps whose masts differ by known amounts of any size: of those called 95 % sure, three standard errors."""
     stream, right = np.random.default_rng(seeds), []

@@ -118,6 +118,7 @@ def test_what_is_seen_stands_above_the_mean(choppy: xr.Dataset) -> None:
     assert (np.diff(bias) < 0.0).all()  # the lower the mast, the more it is crests
 
 
+@pytest.mark.slow
 def test_masts_that_lean_otherwise_are_counted_in_the_same_sectors() -> None:
     """A boat on the waves leans by sea and mast, so that meshes go on beyond the sector by other numbers of columns."""
     keys = {"platform.motion": "wave_following", "platform.length_m": 3.0, "platform.beam_m": 1.5}

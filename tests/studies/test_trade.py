@@ -456,6 +456,7 @@ def _edit(path: tuple[str, ...], value: Any, files: list[Path]) -> int:
         ),
     ],
 )
+@pytest.mark.slow
 def test_a_file_that_is_not_its_points_is_not_believed(
     spoil: Callable[[list[Path]], int],
     whole: tuple[Path, xr.Dataset],

@@ -73,6 +73,7 @@ _GATES = {"radar.height_m": HEIGHTS, "radar.gates": [8, 9]}
     ("text", "others"),
     [(_MARKUP, {}), (_FORMULA, {}), (_FORMULA, {"radar.height_m": HEIGHTS}), (_FORMULA, _GATES)],
 )
+@pytest.mark.slow
 def test_a_value_in_words_is_those_words_on_the_page_and_in_its_figures(text: str, others: dict[str, Any]) -> None:
     table = made_up(3).isel({"radar.baseline_m": [0]}, drop=True)
     for key, values in {"sea.waves.0.file": [text, f"{text}2"], **others}.items():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from validation.fuzz import declarations
 from validation.fuzz.running import Plan, run
 from validation.kills import KILL, commands, kills
@@ -20,6 +22,7 @@ def test_files_mean_what_they_declare() -> None:
     assert declarations.run(35, 11, told.append) == [], told
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_mended_and_done_again_to_the_same_bits(tmp_path: Path) -> None:
     (fate,) = kills([commands(turns=2)["run, horizon"]], 1, 11, tmp_path, (KILL,))
     assert fate.wrong == []

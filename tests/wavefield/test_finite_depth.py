@@ -36,6 +36,7 @@ def test_one_wave_is_found_as_it_is(depth: float, along_m_s: float) -> None:
 
 
 @pytest.mark.parametrize(("depth", "along_m_s"), [(5.0, 0.0), (5.0, 1.0), (30.0, 0.0)])
+@pytest.mark.slow
 def test_the_peak_period_of_a_random_sea_is_within_its_stated_error(depth: float, along_m_s: float) -> None:
     states = [sea_state(random_sea(seed, 8.0, depth, along_m_s).maps()) for seed in range(5)]
     found, stated = (np.array([float(each[name][0]) for each in states]) for name in ("peak_period", "peak_period_std"))
@@ -107,6 +108,7 @@ def test_a_run_knows_the_depth_of_its_scene_and_a_retrieval_what_it_is_told() ->
         RetrievalSettings(current_m_s=1.0)
 
 
+@pytest.mark.slow
 def test_simulated_turns_in_5_m_of_water() -> None:
     keys = {"radar.sector_deg": [200.0, 340.0], "radar.range_m": [15.0, 150.0], "tracing.tracer": "horizon"}
     swell = {"spectrum": "jonswap", "significant_wave_height_m": 0.8, "peak_period_s": 8.0, "wave_from_deg": 270.0}

@@ -57,6 +57,7 @@ def remedied(keys: dict[str, Any], said: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.slow
 def test_what_hinders_is_named_and_its_remedy_mends_it(name: str) -> None:
     """Four steps: an echo that is not heard at all lacks nobody knows how much."""
     keys, begin, named = SCENES[name]

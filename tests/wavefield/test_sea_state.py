@@ -148,6 +148,7 @@ def swell(seed: int, period: float, turns: int) -> xr.DataTree:
 
 
 @pytest.mark.parametrize(("period", "turns"), [(12.0, 1), (13.5, 2)])
+@pytest.mark.slow
 def test_waves_longer_than_the_circle_are_known_within_what_is_stated(period: float, turns: int) -> None:
     """Height, period and direction of six seas: errors over stated errors of 1 in the rms, which six tell to 29 %,
     and stated errors that say how little so small a circle holds."""
