@@ -109,7 +109,7 @@ class Queue:
                 self._note(job)
                 return
             again = job.reason != ""
-            job.reason = "asked to end"
+            job.reason = "stopped by the user"
         with contextlib.suppress(ProcessLookupError, PermissionError):
             if not self._lives(job):
                 return
@@ -214,7 +214,7 @@ class Queue:
             return "done", ""
         if code == 130:
             return "cancelled", last
-        if job.reason and code in (-signal.SIGTERM, -signal.SIGINT):  # asked to end before it could answer
+        if job.reason and code in (-signal.SIGTERM, -signal.SIGINT):  # stopped before it could answer
             return "cancelled", self._saved(job) if (self._runs / job.folder).exists() else _NOT_BEGUN
         if code is None or code < 0:
             name = signal.Signals(-code).name if code is not None else "the system"

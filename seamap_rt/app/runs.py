@@ -302,8 +302,8 @@ class _Row:
         now = self.page.server.queue.progress(job)
         self._bar.value = round(now.share, 3)
         left = "" if now.left_s is None else f" · about {duration(now.left_s)} left"
-        asked = " · asked to end: whole turns stay" if job.reason else ""
-        self._line.set_text(f"{now.line}{left}{asked}")
+        stopping = " · stopping: whole turns stay" if job.reason else ""
+        self._line.set_text(f"{now.line}{left}{stopping}")
 
 
 def _when(then: float) -> str:

@@ -64,8 +64,8 @@ def seconds_of(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np
         return values / np.timedelta64(1, "ns") * 1e-9, None
     if values.dtype == object:  # dates of a model's calendar, as cftime decodes them where it is installed
         raise InputError(
-            f"{wrong}{times.name} holds dates of a calendar that is not the sea's ('noleap', '360_day'); give it in "
-            "seconds or in dates of the Gregorian calendar"
+            f"{wrong}{times.name} holds dates of a calendar without real dates ('noleap', '360_day'); give seconds or "
+            "dates of the standard one"
         )
     return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,20 +115,23 @@ _TABLE = 4096  # steps to the greatest argument of Bessel's functions: between t
 _FEW = 100  # places, up to which sums are faster written out
 
 
-@dataclass(frozen=True)
-class _Grid:
-    """From a lattice's waves to places (member,) off it, and back: see the module. phase (column,): of the middle wave.
+class _Kernel(NamedTuple):
+    """row, column (member,): of the first grid point under a place's kernel; across, along (member, _WIDTH): of it."""
 
-    row, column (member,): of the first grid point under a place's kernel; across, along (member, _WIDTH): the kernel.
-    """
-
-    size: int  # grid points to the lattice's period
-    shape: tuple[int, int]  # rows and columns of them about the places
-    phase: Waves
     row: NDArray[np.int32]
     column: NDArray[np.int32]
     across: NDArray[np.float32]
     along: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """From a lattice's waves to places (member,) off it, and back: see the module. phase (column,): of the middle."""
+
+    size: int  # grid points to the lattice's period
+    shape: tuple[int, int]  # rows and columns of them about the places
+    phase: Waves
+    kernel: _Kernel
 
     @classmethod
     def of(cls, lattice: Lattice, x: Field, y: Field) -> tuple[_Grid, NDArray[np.complex128]]:
@@ -150,7 +154,7 @@ class _Grid:
         rows, columns = (int(each) + _WIDTH for each in first.max(axis=1))
         phase = np.exp(-2j * np.pi / size * (side // 2) * np.arange(columns)).astype(np.complex64)
         east, north = root / (_WIDTH * np.sinh(root)) * np.exp(2j * np.pi / size * np.outer(corner, mode))
-        return cls(size, (rows, columns), phase, *first.astype(np.int32), *kernel), np.outer(east, north)
+        return cls(size, (rows, columns), phase, _Kernel(*first.astype(np.int32), *kernel)), np.outer(east, north)
 
     def values(self, pairs: Waves, times: Waves) -> NDArray[np.float32]:
         """Sums (member,) of the fields of pairs (pair, n, n), by times (pair, member)."""
@@ -160,15 +164,15 @@ class _Grid:
         np.multiply(lines[:, middle:], self.phase, out=grid[:, : middle + 1])
         np.multiply(lines[:, :middle], self.phase, out=grid[:, self.size - middle :])
         grid = np.asarray(fft.ifft(grid, axis=1, norm="forward", overwrite_x=True))
-        made = np.empty(self.row.size, np.float32)
-        _gathered(_parts(grid), self.row, self.column, self.across, self.along, _parts(times), made)
+        made = np.empty(times.shape[1], np.float32)
+        _gather(_parts(grid), self.kernel, _parts(times), made)
         return made
 
     def pairs(self, values: NDArray[np.float32], times: Waves, side: int) -> Waves:
         """The adjoint: pairs (pair, n, n and more columns)."""
         middle = side // 2
         grid = np.zeros((times.shape[0], *self.shape), np.complex64)
-        _scattered(_parts(grid), self.row, self.column, self.across, self.along, _parts(times), values)
+        _scatter(_parts(grid), self.kernel, _parts(times), values)
         lines = np.asarray(fft.fft(grid, self.size, axis=1))
         turned = np.empty((times.shape[0], side, self.shape[1]), np.complex64)
         np.multiply(lines[:, : middle + 1], self.phase.conj(), out=turned[:, middle:])
@@ -182,15 +186,8 @@ def _parts(waves: Waves) -> NDArray[np.float32]:
 
 
 @compiled
-def _gathered(
-    grid: NDArray[np.float32],
-    row: NDArray[np.int32],
-    column: NDArray[np.int32],
-    across: NDArray[np.float32],
-    along: NDArray[np.float32],
-    times: NDArray[np.float32],
-    made: NDArray[np.float32],
-) -> None:
+def _gather(grid: NDArray[np.float32], kernel: _Kernel, times: NDArray[np.float32], made: NDArray[np.float32]) -> None:
+    row, column, across, along = kernel
     part = np.empty(2 * _WIDTH, np.float32)
     for place in range(row.size):
         first, total = 2 * column[place], np.float32(0.0)
@@ -208,15 +205,10 @@ def _gathered(
 
 
 @compiled
-def _scattered(
-    grid: NDArray[np.float32],
-    row: NDArray[np.int32],
-    column: NDArray[np.int32],
-    across: NDArray[np.float32],
-    along: NDArray[np.float32],
-    times: NDArray[np.float32],
-    values: NDArray[np.float32],
+def _scatter(
+    grid: NDArray[np.float32], kernel: _Kernel, times: NDArray[np.float32], values: NDArray[np.float32]
 ) -> None:
+    row, column, across, along = kernel
     for place in range(row.size):
         first = 2 * column[place]
         for pair in range(grid.shape[0]):

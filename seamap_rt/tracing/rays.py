@@ -103,7 +103,7 @@ class SeaScene:
     @property
     def scene(self) -> Any:
         """A Sionna scene: the sea as a scene object of sea water, the antennas as radio devices, of which the first
-        transmits and all receive. Made when asked for: Sionna's imports take longer than a turn's rays."""
+        transmits and all receive. Sionna's imports take longer than a turn's rays: rays alone do not load it."""
         rt: Any = importlib.import_module("sionna.rt")
         conductivity = float(-self._permittivity.imag * 2.0 * np.pi * self._frequency_hz * VACUUM_PERMITTIVITY)
         permittivity = self._permittivity.real

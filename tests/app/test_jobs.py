@@ -165,7 +165,7 @@ def test_a_stranger_who_has_the_number_of_a_run_is_no_run_and_is_never_signalled
     """By a note of any state; a new job does not wait for it, and neither Cancel, twice, nor the end of the page."""
     for number, state in enumerate(("queued", "running", "done", "cancelled", "failed")):
         _note(tmp_path, f"a.{number}", state=state, pid=stranger.pid)
-    _note(tmp_path, "a.9", pid=stranger.pid, reason="asked to end")
+    _note(tmp_path, "a.9", pid=stranger.pid, reason="stopped by the user")
     queue = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
     try:
         assert all(job.over for job in queue.jobs())

@@ -103,6 +103,14 @@ def test_the_adjoint_is_one(count: int) -> None:
     assert abs(there - back) < 5e-3 * size
 
 
+def test_places_wider_apart_than_the_waves_period_are_refused() -> None:
+    spectrum = wind_sea()
+    of = lattice(spectrum)
+    period = 2.0 * np.pi / of.spacing
+    with pytest.raises(ValueError, match="farther apart than the waves' period"):
+        WaveSum(places(150, wide=0.51 * period), [of], spectrum.water, np.ones(150), (0.0, 0.0))
+
+
 @pytest.mark.parametrize("count", [80, 400])
 def test_sums_at_moved_places_are_those_there(count: int) -> None:
     spectrum = wind_sea()
