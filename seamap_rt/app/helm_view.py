@@ -106,8 +106,8 @@ def advice_picture(advice: xr.Dataset) -> Picture:
 @style.styled
 def advice_polar(advice: xr.Dataset) -> Figure:
     """Rms roll (heading, speed) of the seen part, north up and clockwise."""
-    figure = style.new_figure(3.9, 4.2)
-    axes = figure.add_axes((0.13, 0.08, 0.62, 0.8), projection="polar")
+    figure = style.new_figure(3.2, 3.9)
+    axes = figure.add_axes((0.12, 0.1, 0.64, 0.78), projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
@@ -123,7 +123,7 @@ def advice_polar(advice: xr.Dataset) -> Figure:
     axes.set_yticks(speed)
     axes.tick_params(labelsize=12.0)
     axes.grid(alpha=0.3)
-    bar = figure.colorbar(image, cax=figure.add_axes((0.84, 0.14, 0.04, 0.68)))
+    bar = figure.colorbar(image, cax=figure.add_axes((0.83, 0.12, 0.04, 0.74)))
     bar.set_label("Roll, rms (°)", fontsize=12.0)
     bar.ax.tick_params(labelsize=12.0)
     return figure
@@ -138,7 +138,8 @@ class HelmPanel:
             self._verdict = ui.label().classes("text-2xl md:text-4xl font-bold leading-tight").mark("helm-verdict")
             self._quiet = ui.label().classes(_MARK).mark("helm-quiet")
             self._wave = ui.label().classes(_MARK).mark("helm-wave")
-        self._polar = Images()
+        with ui.column().classes("w-full min-w-0 small-figures"):  # a phone shows all of it
+            self._polar = Images()
         self._forecast = ForecastPanel(view)
 
     async def show(self, source: Source, turn: int) -> None:

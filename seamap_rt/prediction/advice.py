@@ -260,9 +260,10 @@ def _dataset(
     steer = float(heading[best // speed.size]), float(speed[best % speed.size])
     attributes |= {"best_heading_deg": steer[0], "best_speed_m_s": steer[1], "better_probability": float(better[best])}
     significant = (low[best] > 0.0 or high[best] < 0.0) and steer != (held.heading_deg, held.speed_m_s)
+    mark = {"deg": "°", "1": ""}.get(unit, f" {unit}")
     words = (
         f"steer {steer[0]:03.0f}° at {steer[1]:.1f} m/s: {attributes['mission'].replace('_', ' ')} "
-        f"{abs(score[best]):.2g} {unit} instead of {abs(scores[-1].mean()):.2g} (probability {better[best]:.2f})"
+        f"{abs(score[best]):.2g}{mark} instead of {abs(scores[-1].mean()):.2g} (probability {better[best]:.2f})"
     )
     attributes["verdict"] = words if significant else _NONE
     coords = {

@@ -22,3 +22,8 @@ def test_the_helm_tells_the_countdown_and_the_highest_crest(watched: Watched, se
     expect(page.get_by_text(re.compile("^Quiet: "))).to_be_visible()
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    polar = page.get_by_role("img", name=re.compile("^Polar chart"))
+    box = polar.bounding_box()
+    assert box is not None
+    assert box["x"] >= 0.0
+    assert box["x"] + box["width"] <= 390.0  # the best course is not out of sight
