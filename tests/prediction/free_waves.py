@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.prediction import Observations
+from seamap_rt.prediction import Observations, Spectrum
 
 Field = NDArray[np.float64]
 
@@ -34,3 +34,10 @@ def observed(sea: FreeWaves, number: int, looks: int, ranges: Field) -> Observat
     x, y = out.ravel() * np.sin(azimuth), out.ravel() * np.cos(azimuth)
     value = sea.elevation(x, y, time) + 0.05 * np.random.default_rng(number).standard_normal(x.size)
     return Observations(x, y, time, value, np.array([0.05]), np.array(["elevation"]))
+
+
+def gaussian_system(std: float, period: float, wave_from_deg: float, exponent: float) -> Spectrum:
+    """Of an eighth of its frequency's width."""
+    peak, omega = 2.0 * np.pi / period, np.linspace(0.2, 4.0, 1200)
+    shape = np.exp(-0.5 * ((omega / peak - 1.0) / 0.12) ** 2)
+    return Spectrum.of_frequency(omega, std**2 * shape / np.trapezoid(shape, omega), wave_from_deg, exponent)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from free_waves import gaussian_system
 from numpy.typing import NDArray
 
 from seamap_rt.dataset import QUALITY_FLAGS
@@ -227,6 +228,33 @@ def test_the_fit_is_the_conditional_mean() -> None:
     there = Observations(at[:, 0], at[:, 1], at[:, 2], np.zeros(4), np.ones(1), np.array(["elevation"]))
     got = plain(of, there, np.ones(of.k.shape, np.complex128), (of.scale * found[0]).astype(np.complex128))
     np.testing.assert_allclose(got, expected, atol=0.02 * np.sqrt(of.variance))
+
+
+def test_a_fit_goes_on_where_a_wave_system_is_no_longer_expected() -> None:
+    # Its waves' standard deviations fall to 1e-8 and below. A fit that goes on from there takes no more steps than one
+    # from nothing, and sees the same sea where it was observed, to a tenth: solvers stop at some hundredths.
+    swell, wind = gaussian_system(0.2, 9.0, 200.0, 40.0), gaussian_system(0.3, 5.0, 270.0, 20.0)
+    both = replace(wind, table=wind.table + swell.table)
+    seen = [replace(places(1000, seed=n, wide=80.0), time=np.full(1000, 50.0 + n)) for n in range(4)]
+    fit, drawn = Fit.anew(both, seen, 20.0, (0.0, 0.0)), []
+    for number, each in enumerate(seen):
+        sea = WaveSum(each, fit.lattices, wind.water, np.ones(len(each)), (0.0, 0.0))
+        waves = [of.rescaled(wind).scale * random_unknowns(of, 8)[0] for of in fit.lattices]
+        drawn.append(replace(each, value=sea.values([part.astype(np.complex64) for part in waves]) + 0.2 * each.value))
+        fit.add([drawn[-1]], [number]) if number < 3 else None
+    with ThreadPoolExecutor(1) as workers:
+        fit.solve(workers)
+        fit.renew(wind, (0.0, 0.0))
+        fit.add(drawn[3:], [3])
+        fit.update_weights()
+        fit.solve(workers)
+        going_on, steps = [batch.sum.values(fit.amplitudes) for batch in fit.all], fit.steps
+        fit.unknowns = None
+        fit.solve(workers)
+    assert steps <= fit.steps
+    for batch, values in zip(fit.all, going_on, strict=True):
+        from_nothing = batch.sum.values(fit.amplitudes)
+        assert np.std(values - from_nothing) < 0.1 * np.std(from_nothing)
 
 
 def test_few_observations_weigh_by_their_errors_and_many_of_one_place_no_more_than_some() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from free_waves import gaussian_system
 from numpy.typing import NDArray
 
 from seamap_rt.prediction import Spectrum
@@ -13,13 +14,6 @@ Field = NDArray[np.float64]
 
 LEAD, SEEN_S, NOISE, COUNT = 25.0, 10.0, 0.1, 400  # s, s, m, observations
 FINE_M = 2400.0  # of a square that no group crosses in that time
-
-
-def gaussian_system(std: float, period: float, wave_from_deg: float, exponent: float) -> Spectrum:
-    """Of an eighth of its frequency's width."""
-    peak, omega = 2.0 * np.pi / period, np.linspace(0.2, 4.0, 1200)
-    shape = np.exp(-0.5 * ((omega / peak - 1.0) / 0.12) ** 2)
-    return Spectrum.of_frequency(omega, std**2 * shape / np.trapezoid(shape, omega), wave_from_deg, exponent)
 
 
 def waves(lattice: Lattice, x: Field, y: Field, time: Field) -> Field:
