@@ -102,7 +102,7 @@ def is_interruption(error: BaseException) -> bool:
 
 
 @contextmanager
-def telling_what_is_left(words: Callable[[], str]) -> Iterator[None]:
+def report_partial_results(words: Callable[[], str]) -> Iterator[None]:
     """An interruption's message says what is left. words: called then."""
     try:
         yield

@@ -153,6 +153,7 @@ STUDIES: dict[str, Study] = {
     "limits": Study("debug", 2, "hard_cases.limits", "compute"),
     # seconds and bytes
     "turn": Study("time", 1, "speed.speed --turns 9", f"{_MAPS} truth"),
+    "latency": Study("time", 1, "speed.latency", "interferometry prediction wavefield session/streaming.py"),
     "speed_error": Study("time", 4, "speed.speed_error", f"{_RADAR} mesh"),
     "sweep": Study("time", 0.5, "speed.sweep", f"{_MAPS} studies"),
     "peers": Study("time", 4, "speed.peers --repeat 3", "tracing"),

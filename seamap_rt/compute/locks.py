@@ -55,7 +55,7 @@ class Holder:
         return self.pid == os.getpid() and self.host == socket.gethostname() and self.may_live
 
 
-class Held(Exception):
+class LockHeldError(Exception):
     """Another process holds the lock; the message says which, since when."""
 
 
@@ -82,7 +82,7 @@ def began(pid: int) -> str:
 def locked(path: Path) -> Iterator[None]:
     """Hold a lock on a file, which is made for it and removed at the end.
 
-    A killed process leaves the file, but not the lock. Raises Held, OSError where the file cannot be made.
+    A killed process leaves the file, but not the lock. Raises LockHeldError, OSError where the file cannot be made.
     """
     handle = _take(path)
     try:
@@ -113,13 +113,13 @@ def _lock(handle: int, path: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise Held(str(holder_of(path) or "another process")) from None
+        raise LockHeldError(str(holder_of(path) or "another process")) from None
     except OSError as error:
         if error.errno not in _NOT_HERE:
             raise
         holder = holder_of(path)
         if holder is not None and holder.may_live:
-            raise Held(str(holder)) from None
+            raise LockHeldError(str(holder)) from None
 
 
 def holder_of(path: Path) -> Holder | None:
@@ -169,7 +169,7 @@ def clear_dead(prefix: str = PREFIX, within: Path | None = None) -> None:
     named = re.compile(rf"{re.escape(prefix)}(\d+)-\w+")
     for path in home.glob(f"{prefix}*"):
         name = named.fullmatch(path.name)
-        with contextlib.suppress(OSError, Held):
+        with contextlib.suppress(OSError, LockHeldError):
             if name is None or path.is_symlink() or not path.is_dir() or path.stat().st_uid != os.getuid():
                 continue
             if (path / _LOCK).exists():

@@ -26,7 +26,7 @@ from ..conventions import turn_name
 from ..dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
 from ..errors import InputError, SchemaError, must_be
 from ..io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
-from ..io.opening import bytes_held, check_store, weigh
+from ..io.opening import bytes_held, check_declared_size, check_store
 from ..io.process import filter_asyncio_log
 from ..io.text import plain_attribute, rounded_up
 from ..io.validation import validate
@@ -84,7 +84,7 @@ def _opened(path: str | Path) -> xr.Dataset:
 
 def read_turn(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes with their voltages in memory. Raises SchemaError where the file that holds them is damaged."""
-    weigh("echoes", echoes.nbytes)
+    check_declared_size("echoes", echoes.nbytes)
     try:
         return echoes.load()
     except Exception as error:
@@ -107,7 +107,7 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         check_chunks(path, {"pulse": whole}, _MAY_LACK)
     dataset = dataset.isel(pulse=slice(0, whole))
     once = [name for name in dataset.variables if name not in _BULK]
-    weigh(f"ECHOES = '{path}'", sum(dataset[name].nbytes for name in once), bytes_held(path))
+    check_declared_size(f"ECHOES = '{path}'", sum(dataset[name].nbytes for name in once), bytes_held(path))
     for name in once:
         dataset[name].load()
     dataset.attrs.pop(EVERY_CHUNK, None)  # of the store: who writes these echoes elsewhere may leave some out

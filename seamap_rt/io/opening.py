@@ -1,8 +1,9 @@
 """The one way to open what a user, a scene, a header, a browser or a folder of runs names.
 
 Only a regular file is opened: a FIFO would wait for ever, a device never ends. Text is read up to a limit. Arrays are
-weighed by what their file declares before one is read (`weigh`), packed bytes are counted as they are unpacked, and a
-file of HDF5 that would have others read with it is refused. What is wrong becomes an InputError of one line.
+checked by what their file declares before one is read (`check_declared_size`), packed bytes are counted as they are
+unpacked, and a file of HDF5 that would have others read with it is refused. What is wrong becomes an InputError of one
+line.
 
 In all functions `wanted` is what the file is to be, in words; `named` is how messages call it, else by its path;
 `below` is a folder in which it must lie, links followed.
@@ -151,7 +152,7 @@ def _pieces(file: IO[bytes], called: str, most: float) -> Iterator[bytes]:
 # --------------------------------------------------------------------------------------------------------- memory
 
 
-def weigh(called: str, need: float, packed: float | None = None) -> None:
+def check_declared_size(called: str, need: float, packed: float | None = None) -> None:
     """Raise InputError where `need` bytes of arrays are so many more than the `packed` bytes of their file that these
     can hold hardly anything but zeros, and LargerThanMachine where they are more than the free memory holds."""
     if need <= _FREELY:
@@ -201,7 +202,7 @@ def read_npz(
     with open_file(path, wanted, **rules) as opened, NpzFile(opened, allow_pickle=False) as file:
         asked = [name for name in names if name in file.files]
         need = sum(_declared(file, name) for name in asked)
-        weigh(rules.get("named") or os.fspath(path), need, bytes_held(path))
+        check_declared_size(rules.get("named") or os.fspath(path), need, bytes_held(path))
         return list(file.files), {name: file[name] for name in asked}
 
 
@@ -264,7 +265,7 @@ def check_hdf5(file: h5py.File, called: str, rows: bool = False) -> None:
     file.id.links.visit(look, info=True)
     if problems:
         raise InputError(f"{called}: {problems[0]}, which is not read; save one file that holds all of it")
-    weigh(called, need, min(stored, _held_by(file)))
+    check_declared_size(called, need, min(stored, _held_by(file)))
 
 
 def _held_by(file: h5py.File) -> float:
@@ -276,7 +277,7 @@ def _held_by(file: h5py.File) -> float:
 
 def weigh_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
     """Raise InputError where the arrays of these names, or in the groups of these names, do not fit together."""
-    weigh(called, sum(_bytes_of(file[name]) for name in names if name in file), _held_by(file))
+    check_declared_size(called, sum(_bytes_of(file[name]) for name in names if name in file), _held_by(file))
 
 
 def _bytes_of(node: Any) -> int:
@@ -318,7 +319,7 @@ def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
     if h5py.is_hdf5(path):  # whose arrays may be longer than the dimensions that h5netcdf tells, and are read whole
         with h5py.File(path, "r") as file:
             need = max(need, _bytes_of(file))
-    weigh(called, need, bytes_held(path) if dense else None)
+    check_declared_size(called, need, bytes_held(path) if dense else None)
     return opened.load()
 
 
@@ -366,7 +367,7 @@ def _check_netcdf3(path: PathLike, called: str) -> None:
         vectors = [each for each in file.variables.values() if len(each.dimensions) < 2]
         need = sum(math.prod(each.shape) * each.itemsize() for each in vectors)
         del vectors
-    weigh(called, need, bytes_held(path))
+    check_declared_size(called, need, bytes_held(path))
 
 
 def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None) -> None:
@@ -387,7 +388,7 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
                 if not stat.S_ISREG(os.lstat(file).st_mode):
                     check_file(file, f"{wanted} of regular files", below=root)
                 held += bytes_held(file)
-    weigh(called, need, held)
+    check_declared_size(called, need, held)
 
 
 def _least_read(content: dict[str, Any]) -> int:

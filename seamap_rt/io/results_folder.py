@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from ..compute.locks import Held, clear_dead, holder_of, locked
+from ..compute.locks import LockHeldError, clear_dead, holder_of, locked
 from ..errors import InputError
 from .opening import read_json
 
@@ -86,7 +86,7 @@ def held_folder(folder: Path, option: str) -> Iterator[None]:
     with ExitStack() as stack:
         try:
             stack.enter_context(locked(folder / _LOCK))
-        except Held as held:
+        except LockHeldError as held:
             raise InputError(
                 f"{option} = '{folder}': {held} writes there; choose another folder, or wait until it has ended"
             ) from None

@@ -35,12 +35,16 @@ from .wave_sum import WaveSum
 
 Unknowns = list[NDArray[np.complex64]]
 
-_CLOSE = 4e-2  # of the right side: a fit three times tighter changes what is forecast by a hundredth of the sea
-_AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was seen is up to seven times too high, and a
+_TOLERANCE = 4e-2  # of the right side: a fit three times tighter changes what is forecast by a hundredth of the sea
+_FIRST_TOLERANCE = (
+    1e-2  # the same, from nothing: farther off the sea where none was seen is up to seven times too high, and a
+)
 # fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
-_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more information counts half: shadows
+_SATURATION = (
+    2e-3  # open share of the strongest waves, by one batch, from which on more information counts half: shadows
+)
 # and the waves on top err heights of a wave all along, so that more of them tell no more
 _SQUARES = 8.0  # a wavelength of the strongest waves: over which information is summed
 
@@ -69,10 +73,10 @@ def weights(
     variance = seen.std**2 + np.where(elevation, left, 0.0)
     for lattice in lattices:
         variance = variance + np.where(elevation & (distance >= lattice.radius), lattice.variance, 0.0)
-    return 1.0 / (variance + _crowding(seen, 1.0 / variance, lattices[0])), variance
+    return 1.0 / (variance + _redundancy(seen, 1.0 / variance, lattices[0])), variance
 
 
-def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
+def _redundancy(seen: Observations, weight: Field, lattice: Lattice) -> Field:
     """What is added to variances (n,) where many observations tell the same waves."""
     if not len(seen) or not lattice.scale.any():
         return np.zeros(len(seen))
@@ -82,7 +86,7 @@ def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
     i, j = (np.floor((each - each.min()) / side).astype(int) for each in (seen.x, seen.y))
     square = i * (int(j.max()) + 1) + j
     total = np.bincount(square, weight)[square] / side**2
-    return 2.0 * np.pi**2 * density * _PLENTY * total / weight
+    return 2.0 * np.pi**2 * density * _SATURATION * total / weight
 
 
 def solve(
@@ -94,7 +98,7 @@ def solve(
 ) -> tuple[Unknowns, int]:
     """u of each lattice and the number of steps taken. start: from where; values: in place of the observations' own."""
     roots = [lattice.scale.astype(np.float32) for lattice in lattices]
-    nearly_back = Preconditioner(batches, lattices, pool)
+    precondition = Preconditioner(batches, lattices, pool)
 
     def scaled(parts: Unknowns) -> Unknowns:
         return [root * part for root, part in zip(roots, parts, strict=True)]
@@ -118,18 +122,20 @@ def solve(
     right = gathered(list(pool.map(back, zip(batches, given, strict=True))))
     u = [np.zeros_like(part) for part in right] if start is None else start
     rest = right if start is None else _plus(right, -1.0, normal(u))
-    way = better = nearly_back(rest)
+    way = better = precondition(rest)
     power = _dot(rest, better)
     # What is left to find is no more than what the observations leave open: one half a part of each wave of the sea.
     power_of = [root.astype(np.float64) ** 2 for root in roots]
     waves = sum(map(np.sum, power_of)) ** 2 / max(float(sum(np.sum(each**2) for each in power_of)), 1e-300)
-    enough = min((_AT_FIRST if start is None else _CLOSE) ** 2 * _dot(right, nearly_back(right)), float(waves))
+    enough = min(
+        (_FIRST_TOLERANCE if start is None else _TOLERANCE) ** 2 * _dot(right, precondition(right)), float(waves)
+    )
     steps = 0
     while (power > enough or steps < _FEWEST_STEPS) and steps < _MOST_STEPS and power > 0.0:
         turned = normal(way)
         length = power / _dot(way, turned)
         u, rest = _plus(u, length, way), _plus(rest, -length, turned)
-        better = nearly_back(rest)
+        better = precondition(rest)
         power, before = _dot(rest, better), power
         way = _plus(better, power / before, way)
         steps += 1
@@ -181,7 +187,7 @@ class StrongestWaves:
             made += rows.T @ rows
         return made
 
-    def turned_back(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    def apply_inverse(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
         """Of the chosen waves (wave,)."""
         parts = np.concatenate((unknowns.real, unknowns.imag))
         real, imaginary = np.split(np.asarray(cho_solve(self._inverse, parts)), 2)
@@ -201,7 +207,7 @@ class _Zones:
     inverses: NDArray[np.float32]
     phase: NDArray[np.complex64]
 
-    def turned_back(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    def apply_inverse(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
         packets = _inverse(fft.ifftshift(unknowns) * self.phase)
         waves = self.inverses * _forward(self.windows * packets)
         packets = np.sum(self.windows * _inverse(waves), axis=0)
@@ -229,11 +235,11 @@ class Preconditioner:
     def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
         chosen = self._strongest.chosen
         if not chosen.size:
-            return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))
+            return list(self._workers.map(_Zones.apply_inverse, self._zones, unknowns))
         others = unknowns[0].copy()
         others.ravel()[chosen] = 0.0
-        made = list(self._workers.map(_Zones.turned_back, self._zones, [others, *unknowns[1:]]))
-        made[0].ravel()[chosen] = self._strongest.turned_back(unknowns[0].ravel()[chosen])
+        made = list(self._workers.map(_Zones.apply_inverse, self._zones, [others, *unknowns[1:]]))
+        made[0].ravel()[chosen] = self._strongest.apply_inverse(unknowns[0].ravel()[chosen])
         return made
 
     def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..compute.machine import free_memory
 from ..conventions import unit_from_azimuth
 from ..dataset import build
-from ..errors import InputError, LargerThanMachine, telling_what_is_left
+from ..errors import InputError, LargerThanMachine, report_partial_results
 from ..io.appendable import AppendableNetCDF
 from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
@@ -241,7 +241,7 @@ def _written(
             AppendableNetCDF(path, ("time",), compressed=True, rounding=ROUNDING, whole=at.frames) as file,
         ):
             whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
-            with telling_what_is_left(lambda: f"{file.complete} {whole}"):
+            with report_partial_results(lambda: f"{file.complete} {whole}"):
                 at = _recorded(file, folder, frames, attributes, at, pace)
                 file.annotate(_found(at, evolution))
     except FloatingPointError as error:

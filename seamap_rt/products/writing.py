@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.image import imsave
 
 from ..dataset import build
-from ..errors import InputError, NoBackendError, telling_what_is_left
+from ..errors import InputError, NoBackendError, report_partial_results
 from ..io.appendable import AppendableNetCDF
 from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
@@ -142,7 +142,7 @@ def write_sea(
         with (
             growing(folder, ("sea.nc",), "times"),
             sea_file(folder / "sea.nc", spectrum) as file,
-            telling_what_is_left(lambda: _left(file.complete, seconds.size)),
+            report_partial_results(lambda: _left(file.complete, seconds.size)),
         ):
             for number, t in enumerate(seconds):
                 say(f"time {number + 1} of {seconds.size}: {t:g} s")

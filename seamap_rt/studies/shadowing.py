@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, telling_what_is_left
+from ..errors import InputError, report_partial_results
 from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import results_folder
 from ..io.text import csv_text
@@ -186,7 +186,7 @@ def write_shadowing(
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     with results_folder(folder, overwrite, PRODUCTS):
-        with telling_what_is_left(lambda: "nothing of this study is kept; what the folder held before stays"):
+        with report_partial_results(lambda: "nothing of this study is kept; what the folder held before stays"):
             data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
             if progress:
                 progress("writing and drawing")

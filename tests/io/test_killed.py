@@ -344,7 +344,7 @@ def test_without_locks_the_file_says_who_holds_it(
     told = {"pid": pid, "host": host or here.host, "since": here.since}
     path.write_text(json.dumps(told if began is None else {**told, "began": began}))
     if held:
-        with pytest.raises(locks.Held, match=str(pid)):
+        with pytest.raises(locks.LockHeldError, match=str(pid)):
             locks.locked(path).__enter__()
     else:
         with locks.locked(path):

@@ -192,7 +192,7 @@ def test_the_strongest_waves_are_turned_back_exactly() -> None:
     assert strongest.chosen.size > 50
     unknowns = random_unknowns(of, 5)[0].ravel()[strongest.chosen]
     got = np.zeros(of.k.size, np.complex64)
-    got[strongest.chosen] = strongest.turned_back(unknowns)
+    got[strongest.chosen] = strongest.apply_inverse(unknowns)
     got, root = got.reshape(of.k.shape), of.scale.astype(np.float32)
     values = batch.weight.astype(np.float32) * batch.sum.values([(root * got).astype(np.complex64)])
     again = got + root * batch.sum.amplitudes(values)[0]
@@ -204,8 +204,8 @@ def test_the_preconditioner_is_its_own_adjoint_and_positive() -> None:
     of = lattice(spectrum)
     one, other = random_unknowns(of, 6), random_unknowns(of, 7)
     with ThreadPoolExecutor(1) as workers:
-        nearly_back = Preconditioner([one_batch(of, places(150, wide=60.0), spectrum)], [of], workers)
-        from_one, from_other = nearly_back(one)[0], nearly_back(other)[0]
+        precondition = Preconditioner([one_batch(of, places(150, wide=60.0), spectrum)], [of], workers)
+        from_one, from_other = precondition(one)[0], precondition(other)[0]
     there, back = np.vdot(from_one, other[0]), np.vdot(one[0], from_other)
     # Real and imaginary parts are unknowns of their own: waves that run against each other meet in a sum's real part.
     assert abs((there - back).real) < 1e-4 * abs(np.vdot(one[0], from_one))
