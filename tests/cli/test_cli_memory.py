@@ -13,7 +13,7 @@ from seamap_rt.cli.stops import Stops
 from seamap_rt.compute import machine
 from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, shortage
 from seamap_rt.io.meshfile import load_mesh
-from seamap_rt.io.opening import weigh
+from seamap_rt.io.opening import check_declared_size
 from seamap_rt.scene import load_scene
 from seamap_rt.scene.agreement import run_bytes
 from seamap_rt.settings import ObjectSettings
@@ -103,10 +103,10 @@ def _raise(error: Exception) -> None:
 
 
 def test_readers_say_that_the_machine_lacks_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All weigh by one function."""
+    """All check by one function."""
     monkeypatch.setattr("seamap_rt.compute.machine.free_memory", lambda: 1e9)
     with pytest.raises(LargerThanMachine, match="must fit into 800 MB"):
-        weigh("waves.nc", 1e9, 1e9)
+        check_declared_size("waves.nc", 1e9, 1e9)
 
 
 def test_a_damaged_mesh_is_no_lack_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
