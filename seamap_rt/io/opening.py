@@ -220,7 +220,7 @@ def _declared(file: NpzFile, name: str) -> int:
 def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:
     """A file of HDF5, to be closed, that reads no other file. Raises InputError, and OSError for what is no HDF5.
 
-    What is read whole is to be weighed (`weigh_arrays`), rows too unless they are asked for: see `check_hdf5`.
+    What is read whole is to be weighed (`check_declared_arrays`), rows too unless they are asked for: see `check_hdf5`.
     """
     import h5py
 
@@ -275,7 +275,7 @@ def _held_by(file: h5py.File) -> float:
         return float("inf")
 
 
-def weigh_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
+def check_declared_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
     """Raise InputError where the arrays of these names, or in the groups of these names, do not fit together."""
     check_declared_size(called, sum(_bytes_of(file[name]) for name in names if name in file), _held_by(file))
 

@@ -34,7 +34,16 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
 from .declared import decoded, in_unit
-from .opening import bytes_held, load, open_dataset, open_file, open_hdf5, read_npz, weigh, weigh_arrays
+from .opening import (
+    bytes_held,
+    check_declared_arrays,
+    check_declared_size,
+    load,
+    open_dataset,
+    open_file,
+    open_hdf5,
+    read_npz,
+)
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
 from .text import plain_attribute
 
@@ -111,7 +120,7 @@ def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Map
             return _netcdf3(path, names)
     with open_hdf5(path, _WANTED) as file:
         _refuse_slips(path, list(file), names)
-        weigh_arrays(file, (*_inside(names).values(), "header"), str(path))
+        check_declared_arrays(file, (*_inside(names).values(), "header"), str(path))
         arrays = {name: _array(file[inside], name, inside) for name, inside in _inside(names).items() if inside in file}
         held: Any = file.get("header", file.attrs.get("header"))
         if isinstance(held, h5py.Group):
@@ -263,7 +272,7 @@ def read_matlab(
             found = {name: _at(tree, name.split("/")) for name in wanted}
             return held, {name: _value(node) for name, node in found.items() if node is not None}
     with open_hdf5(path, "a recording") as file:
-        weigh_arrays(file, wanted, str(path))
+        check_declared_arrays(file, wanted, str(path))
         held = [str(name) for name in file if not str(name).startswith("#")]
         return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
 
@@ -281,9 +290,9 @@ def _weigh(opened: BinaryIO, path: Path) -> None:
             while piece:
                 total += len(unpack.decompress(piece, 1 << 20))
                 piece = unpack.unconsumed_tail
-                weigh(str(path), total, held)
+                check_declared_size(str(path), total, held)
         opened.seek(after)
-    weigh(str(path), total, held)
+    check_declared_size(str(path), total, held)
     opened.seek(0)
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .gaps import filled, half_width, largest_square, unseen_edges
-from .opening import bytes_held, weigh
+from .opening import bytes_held, check_declared_size
 from .recorded_layouts import open_layout
 from .sea_axes import UNEVEN, axes_of, check_step, even_step, places_of, seconds_of, unit_scale
 
@@ -229,7 +229,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     periodic = bool(int(opened.attrs.get("periodic", 0)))
     if periodic and x.size != y.size:
         raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
-    weigh(wrong[:-2], 8.0 * x.size * y.size, bytes_held(path))
+    check_declared_size(wrong[:-2], 8.0 * x.size * y.size, bytes_held(path))
     x, y = np.sort(x), np.sort(y)
     free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
     if not periodic:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
 from .ndbcfile import from_moments, moments_as_declared, open_ndbc
-from .opening import bytes_held, open_file, read_unpacked, weigh
+from .opening import bytes_held, check_declared_size, open_file, read_unpacked
 from .process import quietly, without_complaints
 from .spectrum_layouts import (
     NETCDF,
@@ -100,7 +100,7 @@ def read_directional_spectrum(
         try:
             with _opened(path, result) as spectra:
                 chosen = _chosen(spectra, path, time, site)
-                weigh(str(path), chosen.nbytes, bytes_held(path))
+                check_declared_size(str(path), chosen.nbytes, bytes_held(path))
                 spectrum = moments_as_declared(chosen, path) if isinstance(chosen, xr.Dataset) else chosen
                 if result in NETCDF:
                     spectrum = as_declared(spectrum, result, path)

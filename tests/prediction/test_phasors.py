@@ -25,11 +25,14 @@ def test_phasors_are_right_on_each_quarter_and_between() -> None:
     eighths = np.arange(-16, 17) * (0.25 * np.pi)
     angles = np.concatenate((eighths, np.nextafter(eighths, -np.inf), np.nextafter(eighths, np.inf)))
     one, none = np.ones(1), np.zeros(1)
+    angles = np.asarray(angles, np.float64)
     made = phasors(angles, none.repeat(angles.size), none.repeat(angles.size), one, none, none)[0]
     assert np.allclose(made, np.exp(1j * angles), rtol=0.0, atol=3e-14)
 
 
 def test_phasors_of_single_precision_are_those_rounded() -> None:
     stream = np.random.default_rng(6)
-    waves, places = stream.uniform(-3.0, 3.0, (3, 50)), stream.uniform(-50.0, 50.0, (3, 40))
-    assert np.array_equal(phasors(*waves, *places, np.complex64), phasors(*waves, *places).astype(np.complex64))
+    kx, ky, omega = stream.uniform(-3.0, 3.0, (3, 50))
+    x, y, time = stream.uniform(-50.0, 50.0, (3, 40))
+    single = phasors(kx, ky, omega, x, y, time, np.complex64)
+    assert np.array_equal(single, phasors(kx, ky, omega, x, y, time).astype(np.complex64))
