@@ -193,7 +193,7 @@ def size(count: float) -> str:
 def read_npz(
     path: PathLike, names: Collection[str], wanted: str = "a .npz file", **rules: Any
 ) -> tuple[list[str], dict[str, NDArray]]:
-    """Names of all arrays of a NumPy archive, and those of `names` that it has, weighed before one is read.
+    """Names of all arrays of a NumPy archive, and those of `names` that it has, if their declared size fits.
 
     Raises InputError, and what NumPy and zipfile raise for damage.
     """
@@ -220,7 +220,8 @@ def _declared(file: NpzFile, name: str) -> int:
 def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:
     """A file of HDF5, to be closed, that reads no other file. Raises InputError, and OSError for what is no HDF5.
 
-    What is read whole is to be weighed (`check_declared_arrays`), rows too unless they are asked for: see `check_hdf5`.
+    Arrays that are read whole must pass `check_declared_arrays` first; so must rows, unless they are asked for: see
+    `check_hdf5`.
     """
     import h5py
 
@@ -312,7 +313,8 @@ def open_tree(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> 
 
 
 def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
-    """A dataset or a tree in memory, weighed first. path: its file. dense: it does not consist of what is missing."""
+    """A dataset or a tree in memory, if its declared size fits. path: its file. dense: it does not consist of what is
+    missing."""
     import h5py
 
     need = opened.nbytes

@@ -21,7 +21,7 @@ from .wave_sum import WaveSum
 _REACH_SHARE = 0.999  # of what the observations tell lies within the reach
 _NEW_SEA = 1.3  # ratio of peak periods from which on the lattices are made anew
 _SPAN_S = 2.5  # of a batch: in longer ones too many terms follow the time
-_FALLEN = 3.0  # ratio of a wave's standard deviations, before and in a new spectrum, up to which its amplitude stays
+_LARGEST_DROP = 3.0  # of a wave's standard deviation, before over in a new spectrum, at which its amplitude stays
 _BENDS: tuple[Callable[[Lattice], Field], ...] = (
     lambda waves: waves.kx**2,
     lambda waves: 2.0 * waves.kx * waves.ky,
@@ -67,13 +67,14 @@ class Fit:
         return near and 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
 
     def renew(self, spectrum: Spectrum, centre: tuple[float, float]) -> None:
-        """A new spectrum and centre. The waves found stay, but those that are hardly expected any more: of these the
-        next fit would set out from what is millions of times too high, and take tens of times the steps."""
+        """A new spectrum and centre. The waves found stay, but those that are hardly expected any more: from their
+        amplitudes the next fit would start millions of standard deviations too high, and take tens of times the steps.
+        """
         made = [lattice.rescaled(spectrum) for lattice in self.lattices]
         if self.unknowns is not None:
             self.unknowns = [
                 np.where(
-                    new.scale > 0.0, mine * np.minimum(old.scale / np.maximum(new.scale, 1e-12), _FALLEN), 0.0
+                    new.scale > 0.0, mine * np.minimum(old.scale / np.maximum(new.scale, 1e-12), _LARGEST_DROP), 0.0
                 ).astype(np.complex64)
                 for mine, old, new in zip(self.unknowns, self.lattices, made, strict=True)
             ]

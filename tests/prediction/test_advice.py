@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -138,7 +139,12 @@ def test_what_cannot_be_told_is_said() -> None:
     assert float(alike["better_probability"][0, 0]) == 0.5
     worse = advise_on(sea, BOAT, np.inf, [90.0, 0.0], [3.0], 60.0, draws=200, task={"hold": (0.0, 3.0)})
     assert worse.attrs["best_heading_deg"] == 90.0  # with the seas, long-crested: no roll
-    assert worse.attrs["verdict"].startswith("steer 090° at 3.0 m/s")
+    assert worse.attrs["verdict"].startswith("steer 090° at 3.0 m/s: least roll ")
+    assert worse.attrs["verdict"].split(" instead")[0].endswith("°")
+    counted = {"mission": "fewest_exceedances", "limits": {"roll": 1.0}, "hold": (0.0, 3.0)}
+    fewest = advise_on(sea, BOAT, np.inf, [90.0, 0.0], [3.0], 60.0, draws=200, task=counted).attrs
+    assert fewest["score_units"] == "1"
+    assert re.fullmatch(r"steer 090° at 3\.0 m/s: fewest exceedances \S+ instead of \S+ \(.*\)", fewest["verdict"])
     assert float(worse["better_probability"][0, 0]) == 1.0
 
 

@@ -237,11 +237,11 @@ def test_a_fit_goes_on_where_a_wave_system_is_no_longer_expected() -> None:
     both = replace(wind, table=wind.table + swell.table)
     seen = [replace(places(1000, seed=n, wide=80.0), time=np.full(1000, 50.0 + n)) for n in range(4)]
     fit, drawn = Fit.anew(both, seen, 20.0, (0.0, 0.0)), []
-    for number, each in enumerate(seen):
+    for each in seen:
         sea = WaveSum(each, fit.lattices, wind.water, np.ones(len(each)), (0.0, 0.0))
         waves = [of.rescaled(wind).scale * random_unknowns(of, 8)[0] for of in fit.lattices]
         drawn.append(replace(each, value=sea.values([part.astype(np.complex64) for part in waves]) + 0.2 * each.value))
-        fit.add([drawn[-1]], [number]) if number < 3 else None
+    fit.add(drawn[:3], range(3))
     with ThreadPoolExecutor(1) as workers:
         fit.solve(workers)
         fit.renew(wind, (0.0, 0.0))

@@ -23,9 +23,8 @@ def test_phasors_are_exponentials_of_their_phases(reach: float) -> None:
 
 def test_phasors_are_right_on_each_quarter_and_between() -> None:
     eighths = np.arange(-16, 17) * (0.25 * np.pi)
-    angles = np.concatenate((eighths, np.nextafter(eighths, -np.inf), np.nextafter(eighths, np.inf)))
+    angles = np.asarray([*eighths, *np.nextafter(eighths, -np.inf), *np.nextafter(eighths, np.inf)], np.float64)
     one, none = np.ones(1), np.zeros(1)
-    angles = np.asarray(angles, np.float64)
     made = phasors(angles, none.repeat(angles.size), none.repeat(angles.size), one, none, none)[0]
     assert np.allclose(made, np.exp(1j * angles), rtol=0.0, atol=3e-14)
 

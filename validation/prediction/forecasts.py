@@ -23,7 +23,7 @@ from __future__ import annotations
 import pickle
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.physics.dispersion import Water
-from seamap_rt.prediction import Predictor, Spectrum, WaveField
+from seamap_rt.prediction import Predictor, Spectrum, WaveField, reconstruction
 from seamap_rt.prediction.forecast import maximum_prediction_time
 from seamap_rt.scene import Scene
 from seamap_rt.sea.systems import directional_density, spectral_system
@@ -189,10 +189,7 @@ def forecasts_of(scene: Scene, ran: Run, told: bool) -> tuple[Field, Field, Fiel
     """Forecast, stated error and what came over σ (issue, place, lead), maximum prediction times [s] (issue, place)."""
     sigma = np.sqrt(sum(each["significant_wave_height_m"] ** 2 for each in _systems(scene))) / 4.0
     predictor, lead, rows, longest = Predictor(), np.arange(31.0), [], []
-    known = mock.patch(
-        "seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water, *__: own_spectrum(scene, water)
-    )
-    with known if told else nullcontext():
+    with own_spectrum_known(scene) if told else nullcontext():
         for number, polar in enumerate(ran.maps):
             made = predictor.turn(polar)
             if made is None or number < FIRST or (number - FIRST) % EACH:
@@ -242,8 +239,13 @@ def report_drawn(number: int, folder: Path | None, told: bool) -> None:
 
 def run_told(scene: Scene) -> tuple[dict[str, Compared], list[float], float]:
     """`run` with the scene's own spectrum in place of that of its maps."""
-    with mock.patch("seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water: own_spectrum(scene, water)):
+    with own_spectrum_known(scene):
         return run(scene)
+
+
+def own_spectrum_known(scene: Scene) -> AbstractContextManager[object]:
+    """Predictors take the scene's own spectrum in place of that of its maps."""
+    return mock.patch.object(reconstruction, "spectrum_of_turns", lambda _, water, *__: own_spectrum(scene, water))
 
 
 def own_spectrum(scene: Scene, water: Water) -> Spectrum:
