@@ -119,7 +119,7 @@ STUDIES: dict[str, Study] = {
     # forecasts
     "forecasts": Study("scene", 15, "prediction.forecasts --seeds 6 --first 601 --only choppy_sea", _AHEAD),
     "forecasts_seas": Study("scene", 60, "prediction.forecasts --seeds 6 --first 601", _AHEAD),
-    "forecasts_drawn": Study("validate", 30, "prediction.forecasts --draw {draw}", _AHEAD, 911),
+    "forecasts_drawn": Study("validate", 30, "prediction.forecasts --draw {draw}", _AHEAD, 951),
     "windows": Study("scene", 30, "prediction.windows --seeds 12 --first 611 --turns 30", _AHEAD),
     "windows_drawn": Study("validate", 20, "prediction.windows --draw {draw}", _AHEAD, 943),
     "designers": Study("scene", 60, "prediction.designers", _AHEAD),

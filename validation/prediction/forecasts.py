@@ -226,13 +226,17 @@ def report_drawn(number: int, folder: Path | None, told: bool) -> None:
             row["within"] = float(np.mean(np.abs(a - c) < 1.96 * b))
             all_rows[lead][scene.name] = row
             print(f"  {lead:8}" + "".join(f"{value:7.2f}" for value in row.values()), flush=True)
+    print(
+        "\n**all twelve**\n\n| lead | rms | stated | ratio | by sea | least skill | within |\n|---|---|---|---|---|---|---|"
+    )
     for lead, rows in all_rows.items():
-        pooled = [np.sqrt(np.mean([row[name] ** 2 for row in rows.values()])) for name in ("rms", "stated")]
+        rms, stated = (np.sqrt(np.mean([row[name] ** 2 for row in rows.values()])) for name in ("rms", "stated"))
         ratio, skill, within = ([row[name] for row in rows.values()] for name in ("ratio", "skill", "within"))
         print(
-            f"all, {lead:8}: rms {pooled[0]:.2f}, stated {pooled[1]:.2f}, ratio {pooled[1] / pooled[0]:.2f} "
-            f"({min(ratio):.2f}–{max(ratio):.2f} by sea), least skill {min(skill):.2f}, within {np.mean(within):.0%}"
+            f"| {lead} | {rms:.2f} | {stated:.2f} | {stated / rms:.2f} | {min(ratio):.2f}–{max(ratio):.2f} "
+            f"| {min(skill):.2f} | {np.mean(within):.0%} |"
         )
+    print()
     crossing = [f"{skill:.2f}" for name, skill in ten.items() if name.startswith("crossing")]
     print(f"crossing seas at 10 s: skill {', '.join(crossing)}")
 
