@@ -226,9 +226,7 @@ def report_drawn(number: int, folder: Path | None, told: bool) -> None:
             row["within"] = float(np.mean(np.abs(a - c) < 1.96 * b))
             all_rows[lead][scene.name] = row
             print(f"  {lead:8}" + "".join(f"{value:7.2f}" for value in row.values()), flush=True)
-    print(
-        "\n**all twelve**\n\n| lead | rms | stated | ratio | by sea | least skill | within |\n|---|---|---|---|---|---|---|"
-    )
+    print("\n**all twelve**\n\n| lead | rms | stated | ratio | by sea | least skill | within |\n" + "|---" * 7 + "|")
     for lead, rows in all_rows.items():
         rms, stated = (np.sqrt(np.mean([row[name] ** 2 for row in rows.values()])) for name in ("rms", "stated"))
         ratio, skill, within = ([row[name] for row in rows.values()] for name in ("ratio", "skill", "within"))
