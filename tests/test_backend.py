@@ -16,24 +16,25 @@ from typing import Any
 
 import pytest
 
-from seamap_rt.compute.backend import VARIABLE, Backend, Check, choose, link, trial
-from seamap_rt.compute.backend.trial import OLDEST_LLVM, Candidate, Verdict
+from seamap_rt.compute import backend, libraries
+from seamap_rt.compute.backend import Backend, Check
+from seamap_rt.compute.libraries import OLDEST_LLVM, VARIABLE, Candidate, Verdict
 from seamap_rt.errors import NoBackendError
 
 ROOT = Path(__file__).parents[1]
-prepare = choose.prepare.__wrapped__  # without the memory of this process
+prepare = backend.prepare.__wrapped__  # without the memory of this process
 
 START = """
 import dataclasses, json, os, sys
 from pathlib import Path
-from seamap_rt.compute import backend
-from seamap_rt.compute.backend import link, trial
+from seamap_rt.compute import backend, libraries
+
 
 def forbidden(*_):
     raise AssertionError("a warm start neither probes nor links")
 
 if "warm" in sys.argv:
-    trial.try_out = link.link_wheel = forbidden
+    libraries.try_out = libraries.link_wheel = forbidden
 cache = Path(os.environ["XDG_CACHE_HOME"])
 untouched = "warm" in sys.argv or not any(cache.iterdir())
 chosen = backend.prepare()
@@ -80,7 +81,7 @@ def alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv(VARIABLE, "")  # not delenv: prepare() sets it, and monkeypatch shall take that back
     monkeypatch.delitem(sys.modules, "drjit", raising=False)
-    monkeypatch.setattr(choose, "find", lambda name: [])
+    monkeypatch.setattr(backend, "find", lambda name: [])
     return tmp_path
 
 
@@ -148,10 +149,10 @@ def test_a_named_library_that_would_abort_is_refused(alone: Path, monkeypatch: p
 
 
 def test_the_wheel_offers_what_dr_jit_asks_for() -> None:
-    archives = link.archives_of_wheel()
+    archives = libraries.archives_of_wheel()
     if not archives:
         pytest.skip("the wheel mlc-llvm-static is not installed")
-    symbols = set(link.c_interface(archives))
+    symbols = set(libraries.c_interface(archives))
     target = "AArch64" if platform.machine() in ("aarch64", "arm64") else "X86"
     needed = {"Target", "TargetInfo", "TargetMC", "AsmPrinter", "Disassembler"}
     assert {f"LLVMInitialize{target}{part}" for part in needed} <= symbols
@@ -168,7 +169,7 @@ def test_nothing_usable_is_one_line_with_the_remedies(
     if missing == "wheel":
         monkeypatch.syspath_prepend(wheel(alone))
     else:
-        monkeypatch.setattr(trial, "package_version", lambda package: "23.1.1")
+        monkeypatch.setattr(libraries, "package_version", lambda package: "23.1.1")
         monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(alone))
@@ -186,18 +187,18 @@ def test_nothing_usable_is_one_line_with_the_remedies(
 
 
 def test_a_linker_that_fails_leaves_nothing_behind(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "package_version", lambda package: "23.1.1")
+    monkeypatch.setattr(libraries, "package_version", lambda package: "23.1.1")
     monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
     complaint = library(alone / "linker.py", "raise SystemExit('disk full')")
     monkeypatch.setenv("CXX", f"{sys.executable} {complaint}")
     with pytest.raises(NoBackendError, match="did not link mlc-llvm-static: disk full"):
         prepare()
-    assert list(trial.cache_folder().iterdir()) == []
+    assert list(libraries.cache_folder().iterdir()) == []
 
 
 def test_too_late_after_an_import_of_dr_jit(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "drjit", sys)
-    monkeypatch.setattr(choose, "loaded_llvm", list)
+    monkeypatch.setattr(backend, "loaded_llvm", list)
     with pytest.raises(NoBackendError, match="imported before an LLVM was chosen"):
         prepare()
 
@@ -208,9 +209,9 @@ def test_a_missing_libatomic_is_named() -> None:
         "During handling of the above exception, another exception occurred:\n\n"
         "NameError: name '_drjit_ext' is not defined\n"
     )
-    reason = trial.reason(subprocess.CompletedProcess([], 1, "", stderr))
+    reason = libraries.reason(subprocess.CompletedProcess([], 1, "", stderr))
     assert "libatomic.so.1 is missing" in reason
-    assert choose._explain([reason]).endswith("run `apt-get install libatomic1`")
+    assert backend._explain([reason]).endswith("run `apt-get install libatomic1`")
 
 
 # ----------------------------------------------------------------------------------------- what is remembered
@@ -218,21 +219,21 @@ def test_a_missing_libatomic_is_named() -> None:
 
 def test_a_verdict_is_bound_to_the_file(alone: Path) -> None:
     candidate = Candidate("llvm", library(alone / "libLLVM.so"), "system")
-    first = trial.verdict_file(candidate)
-    assert first == trial.verdict_file(candidate)
+    first = libraries.verdict_file(candidate)
+    assert first == libraries.verdict_file(candidate)
     library(candidate.library, "another")
-    second = trial.verdict_file(candidate)
+    second = libraries.verdict_file(candidate)
     os.utime(candidate.library, ns=(0, 0))
-    third = trial.verdict_file(candidate)
+    third = libraries.verdict_file(candidate)
     assert len({first, second, third}) == 3
-    assert trial.verdict_file(Candidate("llvm", Path("libLLVM.so"), VARIABLE)) is None
+    assert libraries.verdict_file(Candidate("llvm", Path("libLLVM.so"), VARIABLE)) is None
 
 
 def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bad, good = library(alone / "libLLVM-20.so", "bad"), library(alone / "libLLVM-19.so")
     tried, try_out = stand_in(lambda path: path == good)
-    monkeypatch.setattr(trial, "try_out", try_out)
-    monkeypatch.setattr(choose, "system_llvm", lambda: [bad, good])
+    monkeypatch.setattr(libraries, "try_out", try_out)
+    monkeypatch.setattr(backend, "system_llvm", lambda: [bad, good])
     for _ in range(2):
         chosen = prepare()
         assert chosen == Backend(
@@ -246,8 +247,8 @@ def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.Mo
         assert os.environ[VARIABLE] == str(good)
         monkeypatch.setenv(VARIABLE, "")
     assert tried == [bad, good]
-    long_ago = time.time() - 2 * trial.FAILURE_LIFETIME_S
-    for file in trial.cache_folder().glob("verdict-*.json"):
+    long_ago = time.time() - 2 * libraries.FAILURE_LIFETIME_S
+    for file in libraries.cache_folder().glob("verdict-*.json"):
         os.utime(file, (long_ago, long_ago))
     prepare()
     assert tried == [bad, good, bad]
@@ -256,8 +257,8 @@ def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.Mo
 def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried, try_out = stand_in(lambda path: False)
     bad = library(alone / "libLLVM-20.so")
-    monkeypatch.setattr(trial, "try_out", try_out)
-    monkeypatch.setattr(choose, "system_llvm", lambda: [bad])
+    monkeypatch.setattr(libraries, "try_out", try_out)
+    monkeypatch.setattr(backend, "system_llvm", lambda: [bad])
     monkeypatch.syspath_prepend(wheel(alone))
     for _ in range(2):
         with pytest.raises(NoBackendError, match="no good"):
@@ -266,11 +267,11 @@ def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatc
 
 
 def test_a_damaged_build_is_linked_anew(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "package_version", lambda package: "23.1.1")
-    built = library(trial.cache_folder() / link.build_name("23.1.1"), "torn")
+    monkeypatch.setattr(libraries, "package_version", lambda package: "23.1.1")
+    built = library(libraries.cache_folder() / libraries.build_name("23.1.1"), "torn")
     tried, try_out = stand_in(lambda path: path.read_text() == "good")
-    monkeypatch.setattr(trial, "try_out", try_out)
-    monkeypatch.setattr(link, "link_wheel", lambda folder, wheel: library(built))
+    monkeypatch.setattr(libraries, "try_out", try_out)
+    monkeypatch.setattr(libraries, "link_wheel", lambda folder, wheel: library(built))
     assert prepare().source == "built from mlc-llvm-static"
     monkeypatch.setenv(VARIABLE, "")
     assert prepare().source == "cached build"
@@ -280,12 +281,12 @@ def test_a_damaged_build_is_linked_anew(alone: Path, monkeypatch: pytest.MonkeyP
 def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(library(alone / "file")))
     monkeypatch.setattr(tempfile, "tempdir", str(alone))
-    folder = trial.cache_folder()
+    folder = libraries.cache_folder()
     assert folder.parent == alone
     assert folder.stat().st_mode & 0o777 == 0o700
     folder.chmod(0o777)
     with pytest.raises(PermissionError, match="someone else"):
-        trial.cache_folder()
+        libraries.cache_folder()
 
 
 # ------------------------------------------------------------------------------------------------- the search
@@ -302,7 +303,7 @@ def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(alone: Path, m
     ],
 )
 def test_versions_are_read_from_names(name: str, version: tuple[int, ...]) -> None:
-    assert choose.version_in_name(Path(name)) == version
+    assert backend.version_in_name(Path(name)) == version
 
 
 def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
@@ -314,8 +315,8 @@ def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
     (tmp_path / "libLLVM-18.so").symlink_to("libLLVM-18.so.1")
     unknown = library(tmp_path / "other" / "libLLVM.so")
     folders = [unknown.parent, tmp_path, tmp_path / "absent"]
-    monkeypatch.setattr(choose, "library_folders", lambda: folders)
-    found = choose.system_llvm()
+    monkeypatch.setattr(backend, "library_folders", lambda: folders)
+    found = backend.system_llvm()
     assert found == [tmp_path / "libLLVM.so.20.1", tmp_path / "libLLVM-18.so.1", unknown]
 
 
@@ -324,13 +325,13 @@ def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
 
 def test_the_doctor_reports_what_it_finds(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = Backend("llvm", Path("/lib/libLLVM.so.19.1"), "19.1.7", "system", "llvm_ad_mono_polarized", ("x: y",))
-    monkeypatch.setattr(choose, "prepare", lambda: found)
-    checks = {check.item: check for check in choose.checks()}
+    monkeypatch.setattr(backend, "prepare", lambda: found)
+    checks = {check.item: check for check in backend.checks()}
     assert checks["library"] == Check("library", "LLVM 19.1.7, /lib/libLLVM.so.19.1", True)
     assert checks["passed over"].value == "x: y"
     assert checks["drjit"].ok
     assert int(checks["cores"].value) >= 1
-    lines = choose.doctor_lines(choose.checks())
+    lines = backend.doctor_lines(backend.checks())
     assert len(lines) == len(checks)
     assert next(line for line in lines if "x: y" in line).startswith("info  ")  # what is no fault is no "ok" either
     assert {line.split()[0] for line in lines} == {"ok", "info"}
@@ -340,10 +341,10 @@ def test_the_doctor_never_raises(alone: Path, monkeypatch: pytest.MonkeyPatch) -
     def fail(*_: object) -> None:
         raise OSError("two\nlines")
 
-    monkeypatch.setattr(choose, "prepare", fail)
-    monkeypatch.setattr(trial, "cache_folder", fail)
+    monkeypatch.setattr(backend, "prepare", fail)
+    monkeypatch.setattr(libraries, "cache_folder", fail)
     monkeypatch.setattr(metadata, "version", fail)
-    lines = choose.doctor_lines(choose.checks())
+    lines = backend.doctor_lines(backend.checks())
     assert not any("\n" in line for line in lines)
     assert lines[0] == f"MISSING  {'backend':<14}  two lines"
     assert any("pip install sionna-rt" in line for line in lines)

@@ -12,7 +12,7 @@ from typing import Any, cast
 import pytest
 
 from seamap_rt.cli import main
-from seamap_rt.compute.backend import choose
+from seamap_rt.compute import backend
 from seamap_rt.studies import cluster
 
 
@@ -45,13 +45,13 @@ def test_homebrews_llvm_is_found_on_either_processor(keg: str, monkeypatch: pyte
         return iter([Path(keg)] if Path(keg).is_relative_to(root) and Path(keg).match(pattern) else [])
 
     monkeypatch.setattr(Path, "glob", glob)
-    assert Path(keg) in choose.library_folders()
+    assert Path(keg) in backend.library_folders()
 
 
 @pytest.mark.parametrize(("system", "tool"), [("darwin", "brew install llvm"), ("linux", "apt-get install libllvm19")])
 def test_remedy_is_the_systems_own(system: str, tool: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", system)
-    monkeypatch.delenv(choose.VARIABLE, raising=False)
-    said = choose._explain(["no libLLVM"])
+    monkeypatch.delenv(backend.VARIABLE, raising=False)
+    said = backend._explain(["no libLLVM"])
     monkeypatch.undo()
     assert tool in said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from seamap_rt.session.pace import Pace, duration
+from seamap_rt.io.process import Pace, duration
 
 
 class Hand:

@@ -17,9 +17,9 @@ from nicegui import ui
 
 from ..errors import InputError
 from ..io.opening import LONG, read_json
+from ..io.process import duration
 from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
-from ..session.pace import duration
 from .jobs import Job
 from .safety import is_text, unreadable_product
 from .uploads import RecordingsPanel

@@ -65,7 +65,7 @@ def _print_account(metrics: dict[str, Any]) -> None:
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
-        from ..scene.checks.radar import record_notes
+        from ..scene.radar_checks import record_notes
 
         console.print(*record_notes(scene.sea, scene.radar), sep="\n")
 

@@ -8,7 +8,7 @@ there, is the velocity potential at the surface; else the water's velocity there
 Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
 Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
-largest square without. Other gaps are filled (`gaps`), and each frame states how wide they are.
+largest square without. Other gaps are filled (`sea_grid`), and each frame states how wide they are.
 """
 
 from __future__ import annotations
@@ -23,10 +23,21 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .gaps import filled, half_width, largest_square, unseen_edges
 from .opening import bytes_held, check_declared_size
 from .recorded_layouts import open_layout
-from .sea_axes import UNEVEN, axes_of, check_step, even_step, places_of, seconds_of, unit_scale
+from .sea_grid import (
+    UNEVEN,
+    axes_of,
+    check_step,
+    even_step,
+    filled,
+    half_width,
+    largest_square,
+    places_of,
+    seconds_of,
+    unit_scale,
+    unseen_edges,
+)
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"

@@ -22,7 +22,7 @@ from ..radar.receiver import data_rate, noise_power, pulse_coherence
 from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..scattering import MEAN_MODELS, mean_level
 from ..scene import Scene
-from ..scene.checks.water import STEEPEST_SINE
+from ..scene.water_checks import STEEPEST_SINE
 from ..settings import RadarSettings
 
 Column = tuple[str, str, NDArray[np.float64], int]  # heading, name in the CSV, values, decimals

@@ -21,13 +21,12 @@ from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError, LargerThanMachine, report_partial_results
 from ..io.appendable import AppendableNetCDF
-from ..io.process import Progress, silent, uninterrupted
+from ..io.process import Progress, duration, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
-from ..session.pace import duration
 from .record_state import RecordState, load_state, save_state, state_file
 from .sampling import refuse_if_too_large, times_of
 

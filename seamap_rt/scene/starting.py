@@ -16,8 +16,7 @@ from ..io.results_folder import write_whole
 from ..io.scenefile import find_scene, read_toml
 from ..io.text import key_text, quoted, toml_value
 from .keys import KeyRow, KeySection, key_sections
-from .loading import load_scene
-from .model import Scene, is_name
+from .model import Scene, is_name, load_scene
 
 STUDY = "choppy_sea"  # the radar of the study: two X-band antennas, 1 W, 20 ns, 60 turns a minute
 _COLUMN, _WIDTH = 36, 120  # where comments begin and end

@@ -25,8 +25,8 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..io.gaps import fill_error
 from ..io.recorded_sea import RecordedSea, recorded_sea
+from ..io.sea_grid import fill_error
 from ..physics.dispersion import angular_frequency, group_speed
 from ..settings.sea import MOST_POINTS_A_SIDE
 from .continued import ContinuedPatch

@@ -14,10 +14,9 @@ import xarray as xr
 
 from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.process import Progress, silent, uninterrupted
+from ..io.process import Pace, Progress, silent, uninterrupted
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
-from .pace import Pace
 
 _Retrieved = tuple[xr.DataTree, dict[str, float]]  # maps, and seconds by stage
 _COUNTS = ("facets", "rays", "slope_rms_look", "folded_share")

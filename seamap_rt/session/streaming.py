@@ -11,8 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..compute.machine import pool
-from ..io import signal_k
-from ..io.stream import Advice, Broadcast, Forecast, Pose, QuietWindows, SeaState, TurnMessage
+from ..io.stream import Advice, Broadcast, Forecast, Pose, QuietWindows, SeaState, TurnMessage, signal_k_line
 from ..prediction import Predictor, WaveField, advise, issue, predictor_of
 from ..prediction.vessel import Vessel
 from ..settings import PredictionSettings
@@ -21,7 +20,7 @@ from .driver import FinishedTurn
 from .retrieving import Turn
 
 Format = Literal["json", "signalk"]
-LINES: dict[Format, Callable[[TurnMessage], str]] = {"json": TurnMessage.line, "signalk": signal_k.line}
+LINES: dict[Format, Callable[[TurnMessage], str]] = {"json": TurnMessage.line, "signalk": signal_k_line}
 _ROUND, _SPEEDS, _DRAWS = 12, 3, 20  # courses that are compared each turn, and draws of each
 _STILL_M_S = 0.2  # slower, a course is none
 _MOTIONS = ("heave", "roll", "pitch")

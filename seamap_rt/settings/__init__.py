@@ -6,8 +6,7 @@ sections need those subpackages, so they lie above them, in `seamap_rt.scene`: t
 """
 
 # ruff: noqa: F401 - the names of the package
-from .objects import GaugeSettings, ObjectSettings
-from .platform import PlatformSettings, SensorErrors, SensorSettings
+from .platform import GaugeSettings, ObjectSettings, PlatformSettings, SensorErrors, SensorSettings
 from .processing import PredictionSettings, QuietSettings, RetrievalSettings, VesselSettings
 from .radar import WIDEST_DEG, AntennaSettings, PlacedAntenna, RadarSettings, ReceiverSettings
 from .sea import (

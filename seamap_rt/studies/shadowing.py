@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, report_partial_results
-from ..io.process import Progress, silent, uninterrupted
+from ..io.process import Pace, Progress, silent, uninterrupted
 from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
@@ -28,7 +28,6 @@ from ..report.reduce import main_waves
 from ..resolved_scene import installation_of
 from ..scene import Scene, SceneLike, as_scene, with_keys
 from ..sea import Sea
-from ..session.pace import Pace
 from ..settings import TracingSettings
 
 if TYPE_CHECKING:

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..compute.locks import scratch_folder
 from ..errors import InputError, is_interruption
-from ..io.process import Progress, silent
+from ..io.process import Progress, duration, silent
 from ..scene import SceneLike, as_scene
-from ..session.pace import duration
 from .choices import headline, least_confidence
 from .paired import Goal
 from .point import CACHE, BySea, Outcome, SchedulerLost, Task, compute, keep, load_point

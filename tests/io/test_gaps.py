@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.io.gaps import fill_error, filled, half_width, largest_square, unseen_edges
+from seamap_rt.io.sea_grid import fill_error, filled, half_width, largest_square, unseen_edges
 
 Y, X = np.mgrid[:80, :80].astype(float) - 40.0
 

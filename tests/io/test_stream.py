@@ -17,7 +17,6 @@ import numpy as np
 import pytest
 
 from seamap_rt.errors import InputError
-from seamap_rt.io import signal_k
 from seamap_rt.io.stream import (
     Advice,
     Broadcast,
@@ -27,6 +26,7 @@ from seamap_rt.io.stream import (
     SeaState,
     TurnMessage,
     address_of,
+    signal_k_delta,
 )
 
 ANYWHERE = "tcp://127.0.0.1:0"
@@ -207,7 +207,7 @@ STATES = {"nominal", "normal", "alert", "warn", "alarm", "emergency"}
 
 
 def delta() -> dict[str, Any]:
-    return json.loads(json.dumps(signal_k.delta(message(), datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))))
+    return json.loads(json.dumps(signal_k_delta(message(), datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))))
 
 
 def test_a_delta_keeps_the_schema() -> None:
@@ -244,6 +244,6 @@ def test_notifications_have_method_state_and_message() -> None:
 
 def test_without_a_sea_a_delta_tells_of_the_boat_alone() -> None:
     bare = message(sea_state=SeaState(), forecast=None, quiet_windows=None, advice=None)
-    (update,) = signal_k.delta(bare)["updates"]
+    (update,) = signal_k_delta(bare)["updates"]
     assert "meta" not in update
     assert all(each["path"].startswith("navigation.") for each in update["values"])

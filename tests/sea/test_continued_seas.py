@@ -19,8 +19,8 @@ from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
 from seamap_rt.measured import CoverageProfile
 from seamap_rt.metrics import error_figures
 from seamap_rt.scene import Scene
-from seamap_rt.scene.checks.radar import record_notes
-from seamap_rt.scene.loading import scene_of
+from seamap_rt.scene.model import scene_of
+from seamap_rt.scene.radar_checks import record_notes
 from seamap_rt.sea import Sea, realize
 from seamap_rt.sea.recorded import first_frame
 from seamap_rt.session import simulate

@@ -12,8 +12,8 @@ from known_waves import FRAMES, STEP_S, WAVE, dataset_of, rms, write
 from seamap_rt.errors import InputError
 from seamap_rt.report.headline import run_facts
 from seamap_rt.scene import Scene
-from seamap_rt.scene.checks.radar import record_notes
-from seamap_rt.scene.loading import scene_of
+from seamap_rt.scene.model import scene_of
+from seamap_rt.scene.radar_checks import record_notes
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.simulation import Simulator
 

@@ -12,10 +12,10 @@ import xarray as xr
 from recorded_files import BEFORE, FRAMES, SIDE_M, STEP_S, dataset_of, drawn, drawn_settings, write
 
 from seamap_rt.errors import InputError
-from seamap_rt.io.gaps import filled, half_width
 from seamap_rt.io.recorded_sea import recorded_sea
+from seamap_rt.io.sea_grid import filled, half_width
 from seamap_rt.scene import Scene
-from seamap_rt.scene.loading import scene_of
+from seamap_rt.scene.model import scene_of
 from seamap_rt.sea import Sea, realize, wave_facts
 from seamap_rt.sea.recorded import duration_s, first_frame, gap_error, lagrange_error, recorded_spectrum
 from seamap_rt.sea.wave_trains import PlaneTrain

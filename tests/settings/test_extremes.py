@@ -17,7 +17,7 @@ from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import apply_overrides
 from seamap_rt.products.link import link_budget
-from seamap_rt.scene.loading import scene_of
+from seamap_rt.scene.model import scene_of
 from seamap_rt.settings.section import _path
 
 TESTS = Path(__file__).parents[1]

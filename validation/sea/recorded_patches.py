@@ -24,7 +24,7 @@ from seamap_rt.compute.machine import peak_memory
 from seamap_rt.interferometry import retrieve
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.scene.loading import scene_of
+from seamap_rt.scene.model import scene_of
 from seamap_rt.sea import Sea, realize
 from seamap_rt.session import simulate
 from seamap_rt.simulation import Simulator

@@ -39,7 +39,7 @@ from seamap_rt.compute.backend import prepare
 from seamap_rt.compute.machine import peak_memory
 from seamap_rt.errors import InputError
 from seamap_rt.report import style
-from seamap_rt.scene.checks.water import BYTES_PER_TRIANGLE
+from seamap_rt.scene.water_checks import BYTES_PER_TRIANGLE
 from seamap_rt.session import run, simulate
 from seamap_rt.simulation import Simulator
 from validation import FIGURES, ROOT

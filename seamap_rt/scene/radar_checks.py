@@ -7,16 +7,16 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 
-from ...conventions import SPEED_OF_LIGHT
-from ...io.text import rounded_down, rounded_up
-from ...radar.array import antenna_array
-from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
-from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
-from ...radar.platform import boat_motion
-from ...radar.receiver import comparing_pulses, pulse_coherence
-from ...radar.scan import BEAMS_BEYOND, sector_width, turn_duration
-from ...radar.waveform import RangeResponse, gate_spacing_m, range_cell, sample_spacing_m
-from ...settings import (
+from ..conventions import SPEED_OF_LIGHT
+from ..io.text import rounded_down, rounded_up
+from ..radar.array import antenna_array
+from ..radar.checks import pulses_of_a_look, pulses_of_a_turn
+from ..radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
+from ..radar.platform import boat_motion
+from ..radar.receiver import comparing_pulses, pulse_coherence
+from ..radar.scan import BEAMS_BEYOND, sector_width, turn_duration
+from ..radar.waveform import RangeResponse, gate_spacing_m, range_cell, sample_spacing_m
+from ..settings import (
     AntennaSettings,
     ObjectSettings,
     PlatformSettings,
@@ -198,7 +198,7 @@ def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
 def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
     """A recorded patch holds the range circle and a margin [m], or is to be continued beyond; one that repeats is
     not."""
-    from ...io.recorded_sea import recorded_sea  # loads what reads files
+    from ..io.recorded_sea import recorded_sea  # loads what reads files
 
     file = recorded_sea(sea.file)
     if file.periodic and sea.beyond != "refused":
@@ -219,8 +219,8 @@ def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
 def check_start(sea: SeaSettings) -> None:
     """A recorded sea's time 0 lies in its record, with what is taken from before and after it."""
     if sea.model == "recorded" and sea.start_s is not None:
-        from ...io.recorded_sea import recorded_sea  # loads what reads files
-        from ...sea.recorded import start_of
+        from ..io.recorded_sea import recorded_sea  # loads what reads files
+        from ..sea.recorded import start_of
 
         start_of(recorded_sea(sea.file), sea.start_s)
 
@@ -230,8 +230,8 @@ def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     beyond."""
     if sea.model != "recorded":
         return []
-    from ...io.recorded_sea import recorded_sea  # loads what reads files
-    from ...sea.recorded import start_of
+    from ..io.recorded_sea import recorded_sea  # loads what reads files
+    from ..sea.recorded import start_of
 
     file = recorded_sea(sea.file)
     frame, late = start_of(file, sea.start_s)

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...conventions import GRAVITY
-from ...io.text import rounded_down, rounded_up
-from ...mesh.sizing import MOST_TRIANGLES, MeshDetail, triangles
-from ...scattering import MEAN_MODELS, wind_from_sea_state
-from ...scattering.permittivity import permittivity_of
-from ...settings import (
+from ..conventions import GRAVITY
+from ..io.text import rounded_down, rounded_up
+from ..mesh.sizing import MOST_TRIANGLES, MeshDetail, triangles
+from ..scattering import MEAN_MODELS, wind_from_sea_state
+from ..scattering.permittivity import permittivity_of
+from ..settings import (
     GaugeSettings,
     PlatformSettings,
     RadarSettings,
@@ -174,7 +174,7 @@ def check_known(gauges: Sequence[GaugeSettings], sea: SeaSettings) -> Iterator[s
     """Gauges stand where a recorded sea is known."""
     if sea.model != "recorded" or not gauges:
         return
-    from ...io.recorded_sea import recorded_sea  # loads what reads files
+    from ..io.recorded_sea import recorded_sea  # loads what reads files
 
     file = recorded_sea(sea.file)
     for number, gauge in enumerate(gauges):

@@ -26,10 +26,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from ...errors import NoBackendError
-from ..machine import cores
-from . import link, trial
-from .trial import OLDEST_LLVM, VARIABLE, VARIANTS, Candidate, Kind, Verdict
+from ..errors import NoBackendError
+from . import libraries
+from .libraries import OLDEST_LLVM, VARIABLE, VARIANTS, Candidate, Kind, Verdict
+from .machine import cores
 
 _PACKAGES = ("sionna-rt", "mitsuba", "drjit", "trimesh", "numpy")
 _REMEDY_ATOMIC = "run `apt-get install libatomic1`"
@@ -60,15 +60,15 @@ def prepare() -> Backend:
     news: list[tuple[Path | None, Verdict]] = []
     for candidate in _candidates(notes):
         kind, library, source = candidate
-        file = trial.verdict_file(candidate)  # named before the trial: the library may be replaced after it
-        verdict = trial.recall(file)
+        file = libraries.verdict_file(candidate)  # named before the trial: the library may be replaced after it
+        verdict = libraries.recall(file)
         if verdict is None:
-            verdict = trial.try_out(candidate)
+            verdict = libraries.try_out(candidate)
             news.append((file, verdict))
         if verdict.works:
             # Failures are remembered only where something else works, so that mending is noticed at once.
             for item in news:
-                trial.remember(*item)
+                libraries.remember(*item)
             if kind == "llvm":
                 os.environ[VARIABLE] = str(library)  # where Dr.Jit looks, and processes started from here
             version = verdict.detail if kind == "llvm" else None
@@ -93,7 +93,7 @@ def _candidates(notes: list[str]) -> Iterator[Candidate]:
             yield Candidate("llvm", library, "system")
         if not system:
             notes.append(f"no libLLVM {OLDEST_LLVM} or newer in the system's library folders")
-        yield from link.own_llvm(notes)
+        yield from libraries.own_llvm(notes)
 
 
 def _explain(notes: list[str]) -> str:
@@ -116,7 +116,7 @@ def library_folders() -> list[Path]:
     folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     folders += [f"{root}/lib" for root in (os.environ.get("CONDA_PREFIX"), sys.prefix) if root]
     with contextlib.suppress(OSError, subprocess.SubprocessError):
-        folders += re.findall(r"=> (/\S*)/", trial.run(["/sbin/ldconfig", "-p"], 10.0).stdout)
+        folders += re.findall(r"=> (/\S*)/", libraries.run(["/sbin/ldconfig", "-p"], 10.0).stdout)
     folders += [f"/usr/lib/{platform.machine()}-linux-gnu", "/usr/lib64", "/usr/lib", "/usr/local/lib"]
     folders += ["/usr/lib/wsl/lib"]
     roots = ("/usr/lib", "/usr/lib64", "/opt/homebrew/opt", "/usr/local/opt")
@@ -172,10 +172,10 @@ def checks() -> list[Check]:
     """What a run would use here, and what mends what is missing. Never raises."""
     rows = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
     for name in _PACKAGES:
-        version = trial.package_version(name)
+        version = libraries.package_version(name)
         rows.append(Check(name, version or f"not installed: run `pip install {name}`", version is not None))
     try:
-        rows.append(Check("cache", str(trial.cache_folder()), True))
+        rows.append(Check("cache", str(libraries.cache_folder()), True))
     except OSError as error:
         remedy = "set XDG_CACHE_HOME to a folder that can be written"
         rows.append(Check("cache", f"{' '.join(str(error).split())}: {remedy}", False))
