@@ -130,7 +130,9 @@ class GrowingFile:
     """What is whole of a file, to be read as the file itself, and closed. OSError, InputError where there is none."""
 
     def __init__(self, path: Path) -> None:
-        files = [path] if path.exists() else turn_files(part_of(path))
+        files = [] if path.exists() else turn_files(part_of(path))
+        if path.exists():  # and of one that was finished meanwhile some turns may have gone already
+            files = [path]
         if not files:
             raise FileNotFoundError("holds no whole turn yet")
         self._begun, self._further = open_hdf5(files[0], rows=True), files[1:]

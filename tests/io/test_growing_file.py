@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 import time
 from pathlib import Path
@@ -81,6 +82,26 @@ def test_what_grows_reads_as_the_file_that_it_becomes(tmp_path: Path, first: int
         growing = read_whole_turns(path, read)
         assert read_whole_turns(path, lambda file: len(file.array("seen"))) == 5
     assert growing == read_whole_turns(path, read)
+
+
+def test_a_reader_that_comes_as_a_file_is_finished_sees_all_of_it(tmp_path: Path) -> None:
+    """It is finished, and a part of its turns has gone, after the reader asked whether it is."""
+    path = tmp_path / "maps.nc"
+    file = AppendableNetCDF(path)
+    for number in range(5):
+        file.append(_turn(number))
+
+    class Finished(type(path)):  # type: ignore[misc]
+        def exists(self, **_: Any) -> bool:
+            there = super().exists()
+            if not there:
+                left = Path(shutil.copytree(part_of(path), tmp_path / "left"))
+                file.close()
+                (left / "2.npz").unlink()
+                left.rename(part_of(path))
+            return there
+
+    assert read_whole_turns(Finished(path), _heights).shape[0] == 5
 
 
 def test_a_reader_beside_a_writer_sees_whole_turns_alone(tmp_path: Path) -> None:
