@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 
@@ -33,18 +34,27 @@ QUALITY_FLAGS = {
     "blind": 32,
     "submerged": 64,
 }
-_POLAR = ("turn", "azimuth", "range")
-_GROUND = ("turn", "y", "x")
-_MOMENT = ("time", "y", "x")
-_SAMPLE = ("gauge", "sample")
-_READING = ("gauge", "turn")
-_FORECAST = ("issue", "lead", "place")
-_DRAWN = ("issue", "draw", "lead", "place")
+_POLAR, _GROUND, _MOMENT, _READING = (
+    ("turn", "azimuth", "range"),
+    ("turn", "y", "x"),
+    ("time", "y", "x"),
+    ("gauge", "turn"),
+)
+_polar, _ground, _moment, _forecast, _drawn = (
+    partial(Variable, dims, "float32")
+    for dims in (_POLAR, _GROUND, _MOMENT, ("issue", "lead", "place"), ("issue", "draw", "lead", "place"))
+)
+_pulse, _range, _issue, _system = (
+    partial(Variable, (dim,), "float64") for dim in ("pulse", "range", "issue", "system")
+)
+_reading = partial(Variable, _READING, "float64")
 _SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
+_DENSITY, _FROM = "sea_surface_wave_variance_spectral_density", "sea_surface_wave_from_direction"
+_PEAK_PERIOD = "sea_surface_wave_period_at_variance_spectral_density_maximum"
 _POLAR_COORDS = {
     "turn": Variable(("turn",), "int32", "1", "turn of the antenna"),
     "azimuth": Variable(("azimuth",), "float64", "degree", "azimuth of the look, clockwise from north"),
-    "range": Variable(("range",), "float64", "m", "slant range of the gate, c t/2"),
+    "range": _range("m", "slant range of the gate, c t/2"),
 }
 _GROUND_COORDS = {
     "turn": Variable(("turn",), "int32", "1", "turn of the antenna"),
@@ -54,11 +64,9 @@ _GROUND_COORDS = {
 SCHEMA: dict[str, dict[str, Variable]] = {
     "echoes": {
         "pulse": Variable(("pulse",), "int64", "1", "number of the pulse since the start"),
-        "range": Variable(("range",), "float64", "m", "range of the gate, c t/2"),
-        "time": Variable(("pulse",), "float64", "s", "time of the pulse"),
-        "azimuth": Variable(
-            ("pulse",), "float64", "degree", "bearing of the boresight at the pulse's middle, as the sensors have it"
-        ),
+        "range": _range("m", "range of the gate, c t/2"),
+        "time": _pulse("s", "time of the pulse"),
+        "azimuth": _pulse("degree", "bearing of the boresight at the pulse's middle, as the sensors have it"),
         "transmitter": Variable(
             ("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper; of more, in the scene's order"
         ),
@@ -73,14 +81,14 @@ SCHEMA: dict[str, dict[str, Variable]] = {
     },
     "polar_images": {
         "pulse": Variable(("pulse",), "int64", "1", "number of the radial since the start"),
-        "range": Variable(("range",), "float64", "m", "range of the sample, c t/2 in air"),
-        "time": Variable(("pulse",), "float64", "s", "time of the radial since the attribute start"),
-        "azimuth": Variable(("pulse",), "float64", "degree", "bearing of the beam, clockwise from north"),
+        "range": _range("m", "range of the sample, c t/2 in air"),
+        "time": _pulse("s", "time of the radial since the attribute start"),
+        "azimuth": _pulse("degree", "bearing of the beam, clockwise from north"),
         "turn": Variable(("pulse",), "int32", "1", "turn of the antenna"),
         "video": Variable(("pulse", "range"), "uint16", "1", "received video in counts of the converter"),
-        "heading": Variable(("pulse",), "float64", "degree", "heading of the ship, clockwise from north"),
-        "latitude": Variable(("pulse",), "float64", "degrees_north", "latitude of the ship", "latitude"),
-        "longitude": Variable(("pulse",), "float64", "degrees_east", "longitude of the ship", "longitude"),
+        "heading": _pulse("degree", "heading of the ship, clockwise from north"),
+        "latitude": _pulse("degrees_north", "latitude of the ship", "latitude"),
+        "longitude": _pulse("degrees_east", "longitude of the ship", "longitude"),
     },
     "expected": {
         "azimuth": _POLAR_COORDS["azimuth"],
@@ -92,67 +100,57 @@ SCHEMA: dict[str, dict[str, Variable]] = {
     },
     "maps/polar": {
         **_POLAR_COORDS,
-        "height": Variable(_POLAR, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
-        "height_std": Variable(_POLAR, "float32", "m", "standard error of the height"),
-        "sensor_std": Variable(_POLAR, "float32", "m", "part of height_std by the motion sensors", None, False),
-        "slope_range": Variable(_POLAR, "float32", "1", "slope along the look, outward"),
-        "slope_azimuth": Variable(_POLAR, "float32", "1", "slope across the look, clockwise"),
-        "slope_range_std": Variable(_POLAR, "float32", "1", "standard error of the slope along the look", None, False),
-        "slope_azimuth_std": Variable(
-            _POLAR, "float32", "1", "standard error of the slope across the look", None, False
-        ),
-        "slope_correlation": Variable(_POLAR, "float32", "1", "correlation of both slopes' errors", None, False),
-        "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
-        "coherence": Variable(_POLAR, "float32", "1", "magnitude of the coherence of the two receivers"),
-        "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
-        "phase_unwrapped": Variable(_POLAR, "float32", "radian", "phase of the height found, ambiguity resolved"),
-        "snr_db": Variable(_POLAR, "float32", "dB", "signal to noise ratio of one pulse"),
-        "radial_velocity": Variable(
-            _POLAR, "float32", "m s-1", "velocity of what echoes, away from the radar", None, False
-        ),
-        "doppler_width": Variable(_POLAR, "float32", "m s-1", "spread of the velocities in the cell", None, False),
-        "visible_share": Variable(_POLAR, "float32", "1", "share of the cell in sight, from the echoes", None, False),
-        "dwell_height": Variable(_POLAR, "float32", "m", "height by the echo of one dwell and gate alone", None, False),
-        "dwell_height_std": Variable(_POLAR, "float32", "m", "standard error of the dwell's own height", None, False),
+        "height": _polar("m", "retrieved height of the sea surface", _SEA_HEIGHT),
+        "height_std": _polar("m", "standard error of the height"),
+        "sensor_std": _polar("m", "part of height_std by the motion sensors", None, False),
+        "slope_range": _polar("1", "slope along the look, outward"),
+        "slope_azimuth": _polar("1", "slope across the look, clockwise"),
+        "slope_range_std": _polar("1", "standard error of the slope along the look", None, False),
+        "slope_azimuth_std": _polar("1", "standard error of the slope across the look", None, False),
+        "slope_correlation": _polar("1", "correlation of both slopes' errors", None, False),
+        "ground_range": _polar("m", "horizontal distance at which the echo was placed"),
+        "coherence": _polar("1", "magnitude of the coherence of the two receivers"),
+        "phase": _polar("radian", "interferometric phase, wrapped, not flattened"),
+        "phase_unwrapped": _polar("radian", "phase of the height found, ambiguity resolved"),
+        "snr_db": _polar("dB", "signal to noise ratio of one pulse"),
+        "radial_velocity": _polar("m s-1", "velocity of what echoes, away from the radar", None, False),
+        "doppler_width": _polar("m s-1", "spread of the velocities in the cell", None, False),
+        "visible_share": _polar("1", "share of the cell in sight, from the echoes", None, False),
+        "dwell_height": _polar("m", "height by the echo of one dwell and gate alone", None, False),
+        "dwell_height_std": _polar("m", "standard error of the dwell's own height", None, False),
         "antenna_x": Variable(_POLAR[:2], "float64", "m", "east of the antennas as the look was taken", None, False),
         "antenna_y": Variable(_POLAR[:2], "float64", "m", "north of the antennas as the look was taken", None, False),
-        "crest_bias": Variable(
-            _POLAR, "float32", "m", "how far what is in sight stands above the cell's mean, estimated", None, False
-        ),
+        "crest_bias": _polar("m", "how far what is in sight stands above the cell's mean, estimated", None, False),
         "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
         "quality": Variable(_POLAR, "int16", "1", "quality flags"),
     },
     "maps/ground": {
         **_GROUND_COORDS,
-        "height": Variable(_GROUND, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
-        "height_std": Variable(_GROUND, "float32", "m", "standard error of the height"),
-        "slope_x": Variable(_GROUND, "float32", "1", "slope towards east"),
-        "slope_y": Variable(_GROUND, "float32", "1", "slope towards north"),
-        "slope_x_std": Variable(_GROUND, "float32", "1", "standard error of the slope towards east", None, False),
-        "slope_y_std": Variable(_GROUND, "float32", "1", "standard error of the slope towards north", None, False),
+        "height": _ground("m", "retrieved height of the sea surface", _SEA_HEIGHT),
+        "height_std": _ground("m", "standard error of the height"),
+        "slope_x": _ground("1", "slope towards east"),
+        "slope_y": _ground("1", "slope towards north"),
+        "slope_x_std": _ground("1", "standard error of the slope towards east", None, False),
+        "slope_y_std": _ground("1", "standard error of the slope towards north", None, False),
         "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
     },
     "truth/polar": {
         **_POLAR_COORDS,
-        "height": Variable(_POLAR, "float32", "m", "true mean height of the cell, lit or not", _SEA_HEIGHT),
-        "height_weighted": Variable(_POLAR, "float32", "m", "true height weighted by beam and gate"),
-        "height_visible": Variable(_POLAR, "float32", "m", "true mean height of the cell's lit part"),
-        "visible_fraction": Variable(
-            _POLAR, "float32", "1", "share of the cell's horizontal area that both antennas see"
-        ),
-        "illumination": Variable(
-            _POLAR, "float32", "1", "diffraction's two-way power on the cell over that without shadow", required=False
-        ),
-        "slope_range": Variable(_POLAR, "float32", "1", "true mean slope along the look, outward"),
-        "slope_azimuth": Variable(_POLAR, "float32", "1", "true mean slope across the look, clockwise"),
-        "nrcs_db": Variable(_POLAR, "float32", "dB", "normalised radar cross section of the cell, dark parts included"),
+        "height": _polar("m", "true mean height of the cell, lit or not", _SEA_HEIGHT),
+        "height_weighted": _polar("m", "true height weighted by beam and gate"),
+        "height_visible": _polar("m", "true mean height of the cell's lit part"),
+        "visible_fraction": _polar("1", "share of the cell's horizontal area that both antennas see"),
+        "illumination": _polar("1", "diffraction's two-way power on the cell over that without shadow", required=False),
+        "slope_range": _polar("1", "true mean slope along the look, outward"),
+        "slope_azimuth": _polar("1", "true mean slope across the look, clockwise"),
+        "nrcs_db": _polar("dB", "normalised radar cross section of the cell, dark parts included"),
         "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
     },
     "truth/ground": {
         **_GROUND_COORDS,
-        "height": Variable(_GROUND, "float32", "m", "true mean height of the cell", _SEA_HEIGHT),
-        "slope_x": Variable(_GROUND, "float32", "1", "true mean slope towards east"),
-        "slope_y": Variable(_GROUND, "float32", "1", "true mean slope towards north"),
+        "height": _ground("m", "true mean height of the cell", _SEA_HEIGHT),
+        "slope_x": _ground("1", "true mean slope towards east"),
+        "slope_y": _ground("1", "true mean slope towards north"),
         "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
     },
     "gauges": {  # the coordinate `gauge` holds their names
@@ -161,18 +159,19 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "east": Variable(("gauge",), "float64", "m", "east of the origin"),
         "north": Variable(("gauge",), "float64", "m", "north of the origin"),
         "true_height": Variable(
-            _SAMPLE, "float64", "m", "true height of the surface at the gauge, sampled by time", _SEA_HEIGHT, False
+            ("gauge", "sample"),
+            "float64",
+            "m",
+            "true height of the surface at the gauge, sampled by time",
+            _SEA_HEIGHT,
+            False,
         ),
         "height": Variable(_READING, "float32", "m", "retrieved height of the map at the gauge", _SEA_HEIGHT),
         "height_std": Variable(_READING, "float32", "m", "standard error of the retrieved height"),
-        "seen_time": Variable(_READING, "float64", "s", "time of the map at the gauge"),
+        "seen_time": _reading("s", "time of the map at the gauge"),
         "quality": Variable(_READING, "int16", "1", "quality flags of the polar cell in which the gauge stands"),
-        "seen_true_height": Variable(
-            _READING, "float64", "m", "true height of the surface at the gauge at seen_time", _SEA_HEIGHT, False
-        ),
-        "seen_cell_height": Variable(
-            _READING, "float64", "m", "true mean height of the map's cells at the gauge at seen_time", None, False
-        ),
+        "seen_true_height": _reading("m", "true height of the surface at the gauge at seen_time", _SEA_HEIGHT, False),
+        "seen_cell_height": _reading("m", "true mean height of the map's cells at the gauge at seen_time", None, False),
     },
     "prediction": {
         "issue": Variable(("issue",), "int32", "1", "number of the forecast"),
@@ -180,35 +179,33 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "place": Variable(("place",), "int32", "1", "number of the place"),
         "east": Variable(("issue", "place"), "float64", "m", "place east of the origin at the time of issue"),
         "north": Variable(("issue", "place"), "float64", "m", "place north of the origin at the time of issue"),
-        "issued": Variable(("issue",), "float64", "s", "time of the last that was seen"),
+        "issued": _issue("s", "time of the last that was seen"),
         "turns": Variable(("issue",), "int32", "1", "turns that the forecast rests on"),
-        "significant_wave_height": Variable(("issue",), "float64", "m", "of the sea that the maps show"),
-        "peak_period": Variable(("issue",), "float64", "s", "of the sea that the maps show"),
-        "elevation": Variable(_FORECAST, "float32", "m", "expected height of the sea surface", _SEA_HEIGHT),
-        "elevation_std": Variable(_FORECAST, "float32", "m", "standard error of the elevation"),
-        "slope_x": Variable(_FORECAST, "float32", "1", "expected slope towards east"),
-        "slope_x_std": Variable(_FORECAST, "float32", "1", "standard error of the slope towards east"),
-        "slope_y": Variable(_FORECAST, "float32", "1", "expected slope towards north"),
-        "slope_y_std": Variable(_FORECAST, "float32", "1", "standard error of the slope towards north"),
-        "velocity_z": Variable(_FORECAST, "float32", "m s-1", "expected velocity of the water at the surface, up"),
-        "velocity_z_std": Variable(_FORECAST, "float32", "m s-1", "standard error of that velocity"),
-        "heave": Variable(_FORECAST, "float32", "m", "expected heave of the vessel, up", None, False),
-        "heave_std": Variable(_FORECAST, "float32", "m", "standard error of the heave", None, False),
-        "roll": Variable(
-            _FORECAST, "float32", "degree", "expected roll, starboard down", "platform_roll_starboard_down", False
-        ),
-        "roll_std": Variable(_FORECAST, "float32", "degree", "standard error of the roll", None, False),
-        "pitch": Variable(_FORECAST, "float32", "degree", "expected pitch, bow up", "platform_pitch_fore_up", False),
-        "pitch_std": Variable(_FORECAST, "float32", "degree", "standard error of the pitch", None, False),
-        "elevation_draw": Variable(_DRAWN, "float32", "m", "heights that may come", None, False),
-        "slope_x_draw": Variable(_DRAWN, "float32", "1", "slopes towards east that may come", None, False),
-        "slope_y_draw": Variable(_DRAWN, "float32", "1", "slopes towards north that may come", None, False),
-        "velocity_z_draw": Variable(_DRAWN, "float32", "m s-1", "velocities up that may come", None, False),
-        "heave_draw": Variable(_DRAWN, "float32", "m", "heaves that may come", None, False),
-        "roll_draw": Variable(_DRAWN, "float32", "degree", "rolls that may come", None, False),
-        "pitch_draw": Variable(_DRAWN, "float32", "degree", "pitches that may come", None, False),
-        "quiet": Variable(_FORECAST, "float32", "1", "probability of a quiet window from then on", None, False),
-        "predictable": Variable(_FORECAST, "float32", "1", "share of the sea's variance that is known"),
+        "significant_wave_height": _issue("m", "of the sea that the maps show"),
+        "peak_period": _issue("s", "of the sea that the maps show"),
+        "elevation": _forecast("m", "expected height of the sea surface", _SEA_HEIGHT),
+        "elevation_std": _forecast("m", "standard error of the elevation"),
+        "slope_x": _forecast("1", "expected slope towards east"),
+        "slope_x_std": _forecast("1", "standard error of the slope towards east"),
+        "slope_y": _forecast("1", "expected slope towards north"),
+        "slope_y_std": _forecast("1", "standard error of the slope towards north"),
+        "velocity_z": _forecast("m s-1", "expected velocity of the water at the surface, up"),
+        "velocity_z_std": _forecast("m s-1", "standard error of that velocity"),
+        "heave": _forecast("m", "expected heave of the vessel, up", None, False),
+        "heave_std": _forecast("m", "standard error of the heave", None, False),
+        "roll": _forecast("degree", "expected roll, starboard down", "platform_roll_starboard_down", False),
+        "roll_std": _forecast("degree", "standard error of the roll", None, False),
+        "pitch": _forecast("degree", "expected pitch, bow up", "platform_pitch_fore_up", False),
+        "pitch_std": _forecast("degree", "standard error of the pitch", None, False),
+        "elevation_draw": _drawn("m", "heights that may come", None, False),
+        "slope_x_draw": _drawn("1", "slopes towards east that may come", None, False),
+        "slope_y_draw": _drawn("1", "slopes towards north that may come", None, False),
+        "velocity_z_draw": _drawn("m s-1", "velocities up that may come", None, False),
+        "heave_draw": _drawn("m", "heaves that may come", None, False),
+        "roll_draw": _drawn("degree", "rolls that may come", None, False),
+        "pitch_draw": _drawn("degree", "pitches that may come", None, False),
+        "quiet": _forecast("1", "probability of a quiet window from then on", None, False),
+        "predictable": _forecast("1", "share of the sea's variance that is known"),
         "maximum_prediction_time": Variable(
             ("issue", "place"), "float32", "s", "lead up to which elevation_std is below half of the sea's", None, False
         ),
@@ -218,35 +215,27 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "time": Variable(("time",), "float64", "seconds since 2000-01-01 00:00:00", "time of the scene", "time"),
         "y": _GROUND_COORDS["y"],
         "x": _GROUND_COORDS["x"],
-        "sea_surface_height": Variable(_MOMENT, "float32", "m", "height of the sea surface", _SEA_HEIGHT),
-        "slope_x": Variable(_MOMENT, "float32", "1", "slope of the sea surface towards east"),
-        "slope_y": Variable(_MOMENT, "float32", "1", "slope of the sea surface towards north"),
-        "velocity_x": Variable(
-            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, east", "sea_water_x_velocity"
-        ),
-        "velocity_y": Variable(
-            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, north", "sea_water_y_velocity"
-        ),
-        "velocity_z": Variable(
-            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, up", "upward_sea_water_velocity"
-        ),
-        "nrcs_db": Variable(_MOMENT, "float32", "dB", "normalised radar cross section towards the radar, where lit"),
+        "sea_surface_height": _moment("m", "height of the sea surface", _SEA_HEIGHT),
+        "slope_x": _moment("1", "slope of the sea surface towards east"),
+        "slope_y": _moment("1", "slope of the sea surface towards north"),
+        "velocity_x": _moment("m s-1", "the water particle's velocity at the surface, east", "sea_water_x_velocity"),
+        "velocity_y": _moment("m s-1", "the water particle's velocity at the surface, north", "sea_water_y_velocity"),
+        "velocity_z": _moment("m s-1", "the water particle's velocity at the surface, up", "upward_sea_water_velocity"),
+        "nrcs_db": _moment("dB", "normalised radar cross section towards the radar, where lit"),
         "visible": Variable(_MOMENT, "int8", "1", "antennas that see the sea; -1 where the radar does not look"),
     },
     "recorded_sea": {
         "time": Variable(("time",), "float64", "seconds since 2000-01-01 00:00:00", "time of the scene", "time"),
         "y": _GROUND_COORDS["y"],
         "x": _GROUND_COORDS["x"],
-        "elevation": Variable(_MOMENT, "float32", "m", "height of the sea surface", _SEA_HEIGHT),
-        "surface_potential": Variable(
-            _MOMENT, "float32", "m2 s-1", "velocity potential of the waves, at the surface; a current is not in it"
+        "elevation": _moment("m", "height of the sea surface", _SEA_HEIGHT),
+        "surface_potential": _moment(
+            "m2 s-1", "velocity potential of the waves, at the surface; a current is not in it"
         ),
     },
     "sea/spectrum": {
         "frequency": Variable(("frequency",), "float64", "Hz", "frequency in the water's frame", "wave_frequency"),
-        "direction": Variable(
-            ("direction",), "float64", "degree", "azimuth the waves come from", "sea_surface_wave_from_direction"
-        ),
+        "direction": Variable(("direction",), "float64", "degree", "azimuth the waves come from", _FROM),
         "system": Variable(("system",), "int32", "1", "number of the wave system in the scene, from 0"),
         "directional_spectrum": Variable(
             ("frequency", "direction"),
@@ -256,33 +245,19 @@ SCHEMA: dict[str, dict[str, Variable]] = {
             "sea_surface_wave_directional_variance_spectral_density",
         ),
         "frequency_spectrum": Variable(
-            ("frequency",),
-            "float64",
-            "m2 s",
-            "expected spectrum of all random systems together",
-            "sea_surface_wave_variance_spectral_density",
+            ("frequency",), "float64", "m2 s", "expected spectrum of all random systems together", _DENSITY
         ),
         "system_spectrum": Variable(
             ("system", "frequency"),
             "float64",
             "m2 s",
             "expected spectrum of each system; 0 for a regular wave, which is a single line",
-            "sea_surface_wave_variance_spectral_density",
+            _DENSITY,
         ),
         "system_kind": Variable(("system",), "int8", "1", "what kind of system it is"),
-        "system_height": Variable(
-            ("system",), "float64", "m", "significant height, of a regular wave crest to trough; all its waves counted"
-        ),
-        "system_period": Variable(
-            ("system",),
-            "float64",
-            "s",
-            "peak period, of a regular wave its period",
-            "sea_surface_wave_period_at_variance_spectral_density_maximum",
-        ),
-        "system_direction": Variable(
-            ("system",), "float64", "degree", "mean azimuth the waves come from", "sea_surface_wave_from_direction"
-        ),
+        "system_height": _system("m", "significant height, of a regular wave crest to trough; all its waves counted"),
+        "system_period": _system("s", "peak period, of a regular wave its period", _PEAK_PERIOD),
+        "system_direction": _system("degree", "mean azimuth the waves come from", _FROM),
     },
 }
 
