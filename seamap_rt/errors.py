@@ -45,6 +45,19 @@ class InputError(ValueError):
         return type(self), self.problems
 
 
+class Refusal(InputError):
+    """Bad input, said without the file that it is in: `say_of` puts that before it."""
+
+
+@contextmanager
+def say_of(subject: str, kind: type[InputError] = Refusal) -> Iterator[None]:
+    """The problems of what is raised within, of this kind, begin with a subject, such as "file 'a.csv', "."""
+    try:
+        yield
+    except kind as refusal:
+        raise InputError(*(f"{subject}{problem}" for problem in refusal.problems)) from None
+
+
 def must_be(name: str, value: object, kinds: type | tuple[type, ...], wanted: str) -> None:
     """Raise InputError unless a value is of one of these types. wanted: in words, and where to get one."""
     if not isinstance(value, kinds):

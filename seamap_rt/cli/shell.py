@@ -13,7 +13,7 @@ from rich.console import Console
 
 from .. import __version__
 from ..compute.machine import A_MODEL, A_RUN, Need, check_memory
-from ..errors import InputError
+from ..errors import InputError, say_of
 from ..io.text import parse_number
 
 if TYPE_CHECKING:
@@ -118,10 +118,8 @@ def section_of(model: Any, name: str, command: str, pairs: list[str] | None, **d
                 f"{model.model_fields[example].default}"
             )
     tree = apply_overrides({}, {key.removeprefix(f"{name}."): value for key, value in overrides.items()})
-    try:
+    with say_of(f"{name}.", InputError):
         return validate(model, direct | tree)
-    except InputError as error:
-        raise InputError(*(f"{name}.{problem}" for problem in error.problems)) from None
 
 
 def scene_of(name: str, pairs: list[str] | None, **direct: Any):

@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from xarray.conventions import decode_cf_variable
 
-from ..errors import InputError
+from ..errors import InputError, Refusal
 from .text import plain_attribute
 
 _TURN = 2.0 * math.pi
@@ -71,7 +71,7 @@ def to_unit(values: ArrayLike, declared: str | None, unit: str, what: str) -> ND
         return given
     factor = conversion(str(declared), unit)
     if factor is None:
-        raise InputError(f"{what}: is in '{declared}': must be in {unit}, or a unit of its kind; convert it")
+        raise Refusal(f"{what}: is in '{declared}': must be in {unit}, or a unit of its kind; convert it")
     return given if factor == 1.0 else given * factor
 
 

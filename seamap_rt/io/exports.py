@@ -21,7 +21,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..dataset import attributed, group_of
-from ..errors import InputError
+from ..errors import InputError, say_of
 from .results_folder import whole_file, write_whole
 from .text import parse_number
 
@@ -79,10 +79,8 @@ def origin_of(at: Origin | tuple[float, float] | str, name: str = "at") -> Origi
         latitude, longitude = (parse_number(part) for part in parts)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {at!r}: must be LAT,LON in degrees north and east, as 54.32,-7.5") from None
-    try:
+    with say_of(f"{name}: ", InputError):
         return Origin(latitude, longitude)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
 
 
 _PIXEL_SCALE, _TIE_POINT, _GEO_KEYS, _GEO_DOUBLES, _GEO_TEXTS = 33550, 33922, 34735, 34736, 34737
@@ -156,23 +154,12 @@ _ENDINGS: dict[str, Kind] = {".nc": "netcdf", ".tif": "geotiff", ".tiff": "geoti
 FIELDS = ("height", "height_std", "slope_x", "slope_y", "slope_x_std", "slope_y_std")
 _POSITION, _HEADING = ("antenna_latitude", "antenna_longitude"), "heading"
 # Column → format; a nanodegree is 0.1 mm.
-_COLUMNS = {
-    "turn": "%d",
-    "time_s": "%.4f",
-    "x_m": "%.3f",
-    "y_m": "%.3f",
-    "latitude_deg": "%.9f",
-    "longitude_deg": "%.9f",
-    "height_m": "%.4f",
-    "height_std_m": "%.4f",
-    "slope_x": "%.5f",
-    "slope_y": "%.5f",
-    "slope_x_std": "%.5f",
-    "slope_y_std": "%.5f",
-    "antenna_latitude_deg": "%.9f",
-    "antenna_longitude_deg": "%.9f",
-    "heading_deg": "%.2f",
-}
+_COLUMNS = (
+    {"turn": "%d", "time_s": "%.4f", "x_m": "%.3f", "y_m": "%.3f", "latitude_deg": "%.9f", "longitude_deg": "%.9f"}
+    | {"height_m": "%.4f", "height_std_m": "%.4f"}
+    | dict.fromkeys(("slope_x", "slope_y", "slope_x_std", "slope_y_std"), "%.5f")
+    | {"antenna_latitude_deg": "%.9f", "antenna_longitude_deg": "%.9f", "heading_deg": "%.2f"}
+)
 
 
 def export(
@@ -246,8 +233,13 @@ def placed_maps(
     units = ("degrees_north", "degrees_east")
     for name, value, unit in zip(_POSITION, where, units, strict=True):
         placed[name] = ("turn", value, {"long_name": name.replace("_", " "), "units": unit})
-    heading = _headings(heading_deg, len(wanted))
-    if heading is not None:
+    if heading_deg is not None:
+        heading = np.asarray(heading_deg, dtype=np.float64)
+        if heading.shape not in ((), (1,), (len(wanted),)) or not np.isfinite(heading).all():
+            raise InputError(
+                f"heading_deg: must be a finite number, or one for each of {len(wanted)} turns; correct it"
+            )
+        heading = np.broadcast_to(heading % 360.0, len(wanted))
         placed[_HEADING] = ("turn", heading, _attributes("platform_orientation", "degree", "heading, from north"))
     placed.attrs |= {"Conventions": "CF-1.11", "title": "heights and slopes of the sea, retrieved from radar echoes"}
     return placed
@@ -269,15 +261,6 @@ def _by_turn(polar: xr.Dataset, name: str) -> NDArray[np.float64]:
     if name not in polar:
         return np.zeros(polar.sizes["turn"])
     return np.nan_to_num(polar[name].mean("azimuth", skipna=True).values)
-
-
-def _headings(given: ArrayLike | None, turns: int) -> NDArray[np.float64] | None:
-    if given is None:
-        return None
-    heading = np.asarray(given, dtype=np.float64)
-    if heading.shape not in ((), (1,), (turns,)) or not np.isfinite(heading).all():
-        raise InputError(f"heading_deg: must be a finite number, or one for each of {turns} turns; correct it")
-    return np.broadcast_to(heading % 360.0, turns)
 
 
 def _netcdf(path: Path, placed: xr.Dataset) -> None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from trimesh.exchange.ply import load_ply
 
 from ..compute.machine import free_memory
-from ..errors import InputError
+from ..errors import InputError, say_of
 from ..settings import ObjectSettings
 from .mesh_scenes import FilesBeside, check_gltf, read_collada
 from .opening import LONG, read_bytes
@@ -46,20 +46,26 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
     ending = os.path.splitext(settings.mesh)[1].lower()
     if ending not in ENDINGS:
         raise InputError(f"{what}: must be a file of the kinds {', '.join(ENDINGS)}; export the mesh as one of them")
-    vertices, faces = _read(settings.mesh, what)
+    content = read_bytes(settings.mesh, "a mesh", named=what, most=LONG)
+    with say_of(f"{what}: ", InputError):
+        return _mesh(content, settings, ending, number)
+
+
+def _mesh(content: bytes, settings: ObjectSettings, ending: str, number: int) -> trimesh.Trimesh:
+    vertices, faces = _read(content, Path(settings.mesh), ending)
     if len(faces) == 0:
-        raise InputError(f"{what}: is damaged, or holds no triangles; give a surface, not points or lines")
+        raise InputError("is damaged, or holds no triangles; give a surface, not points or lines")
     if len(faces) > MOST_TRIANGLES:
-        raise InputError(f"{what}: holds {len(faces)} triangles: must be at most {MOST_TRIANGLES}; decimate the mesh")
+        raise InputError(f"holds {len(faces)} triangles: must be at most {MOST_TRIANGLES}; decimate the mesh")
     with np.errstate(over="ignore", invalid="ignore"):
         used, places = np.unique(faces, return_inverse=True)  # vertices of no triangle do not count
         vertices, faces = vertices[used] * settings.scale, places.reshape(faces.shape)
         extent = float(np.max(np.ptp(vertices, axis=0)))
     if not np.isfinite(vertices).all():
-        raise InputError(f"{what}: has vertices that are not finite; mend or export the mesh anew")
+        raise InputError("has vertices that are not finite; mend or export the mesh anew")
     if extent > MOST_EXTENT_M:
         raise InputError(
-            f"{what}: is {extent:.3g} m long: must be at most {MOST_EXTENT_M:g} m; set objects.{number}.scale, "
+            f"is {extent:.3g} m long: must be at most {MOST_EXTENT_M:g} m; set objects.{number}.scale, "
             "0.001 for a file in millimetres"
         )
     if ending in (".glb", ".gltf"):
@@ -68,30 +74,28 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     solid = mesh.area_faces > 1e-12 * extent**2
     if not solid.any():
-        raise InputError(f"{what}: all its triangles are without area; give a surface")
+        raise InputError("all its triangles are without area; give a surface")
     mesh.update_faces(solid)
     mesh.remove_unreferenced_vertices()
     return mesh
 
 
-def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _read(content: bytes, path: Path, ending: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (n, 3) and triangles (m, 3) of all parts of a file, each where the file's own scene puts it."""
-    content = read_bytes(path, "a mesh", named=what, most=LONG)
-    ending = os.path.splitext(path)[1].lower()
     try:
         with quietly(), without_log("trimesh"):  # of materials and numbers: what matters is checked after
-            vertices, faces = _READERS[ending](content, Path(path))
+            vertices, faces = _READERS[ending](content, path)
             vertices = np.asarray(vertices, dtype=np.float64)
             return vertices, triangles_of(vertices, faces)
-    except InputError as refusal:
-        raise InputError(f"{what}: {refusal}") from None
+    except InputError:
+        raise
     except MemoryError:
         if free_memory() < _MOST_TAKEN * len(content):
             raise
         damage = "it promises more than it holds"
     except Exception as error:  # the parsers raise exceptions of many types
         damage = f"{type(error).__name__}: {error}"[:120]
-    raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")
+    raise InputError(f"is damaged, or not what its ending says ({damage}); export the mesh anew")
 
 
 def _by_trimesh(content: bytes, ending: str, resolver: Any = None) -> Polygons:

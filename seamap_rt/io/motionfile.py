@@ -16,7 +16,7 @@ import csv
 import io
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
+from ..errors import InputError, say_of
 from .opening import LONG, read_bytes
 from .text import decode_text, finite_number, refuse_semicolons, refused
 
@@ -76,102 +76,82 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
     InputError for a file that cannot be read, without times, with times that do not increase or leave a gap, with less
     than two readings, with what is no number, with a roll or pitch beyond ±60°, and with places where no boat is.
     """
-    path = Path(path)
-    lines, table = _read(path)
-    time = table.get("time_s", np.zeros(0))
-    _check_times(path, lines, time)
-    for name, (most, unit) in _MOST.items():
-        beyond = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > most)
-        if beyond.size:
-            value = table[name][beyond[0]]
-            raise refused(path, lines[beyond[0]], f"{name} = {value:g}: must lie within ±{most:g}; correct it; {unit}")
+    path, called = Path(path), f"file '{path}'"
+    text = decode_text(read_bytes(path, "a motion file", named=called, most=LONG), called)
+    with say_of(f"{called}, "):
+        try:
+            lines, table = _table(text)
+        except csv.Error as error:
+            raise InputError(f"{called}: is not CSV ({error}); give a CSV file") from None
+        time = table.get("time_s", np.zeros(0))
+        _check_times(lines, time)
+        for name, (most, unit) in _MOST.items():
+            beyond = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > most)
+            if beyond.size:
+                value = table[name][beyond[0]]
+                raise refused(lines[beyond[0]], f"{name} = {value:g}: must lie within ±{most:g}; correct it; {unit}")
     zero = np.zeros_like(time)
     position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
     heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
     attitude = np.stack((table.get("roll_deg", zero), table.get("pitch_deg", zero), heading), axis=-1)
     record = MotionRecord(str(path), time, position, attitude)
     start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else position[0]
-    return MotionRecord(str(path), time, position - start * (1.0, 1.0, 0.0), attitude)
+    return replace(record, position=position - start * (1.0, 1.0, 0.0))
 
 
-def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
+def _table(text: str) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
     """Line numbers (reading,) and columns (reading,) by their names in COLUMNS."""
-    try:
-        content = read_bytes(path, "a motion file", named=f"file '{path}'", most=LONG)
-        with io.StringIO(decode_text(content, f"file '{path}'"), newline="") as file:
-            rows = _rows(file)
-            number, header = next(rows, (1, []))
-            names = _names(path, number, header)
-            lines, values = [], []
-            for number, cells in rows:
-                lines.append(number)
-                values.append(_numbers(path, number, names, cells))
-    except csv.Error as error:
-        raise InputError(f"file '{path}': is not CSV ({error}); give a CSV file") from None
+    rows = _rows(text)
+    names = _names(*next(rows, (1, [])))
+    lines, values = [], []
+    for number, cells in rows:
+        if len(cells) != len(names):
+            raise refused(number, f"{len(cells)} values: must be {len(names)}, one a column; mend the line")
+        lines.append(number)
+        values.append([finite_number(number, name, cell) for name, cell in zip(names, cells, strict=True)])
     table = np.array(values, dtype=np.float64).reshape(len(values), len(names))
     return lines, dict(zip(names, table.T, strict=True))
 
 
-def _rows(file: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of every line that counts."""
-    reader = csv.reader(file, skipinitialspace=True)
+    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
     for cells in reader:
         stripped = [cell.strip() for cell in cells]
         if any(stripped) and not stripped[0].startswith("#"):
             yield reader.line_num, stripped
 
 
-def _names(path: Path, line: int, header: list[str]) -> list[str]:
+def _names(line: int, header: list[str]) -> list[str]:
     """The columns' names in COLUMNS."""
-    refuse_semicolons(",".join(header), f"file '{path}', line {line}")
+    refuse_semicolons(line, ",".join(header))
     names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in header]
     known = f"{', '.join(COLUMNS)} (or {', '.join(OTHER_NAMES)})"
     if "time_s" not in names:
-        raise refused(path, line, f"no column time_s: must be there; name the columns, by commas, of {known}")
+        raise refused(line, f"no column time_s: must be there; name the columns, by commas, of {known}")
     for written, name in zip(header, names, strict=True):
         if name not in COLUMNS:
-            raise refused(path, line, f"column '{written}': must be one of {known}; rename it or take it out")
+            raise refused(line, f"column '{written}': must be one of {known}; rename it or take it out")
         if names.count(name) > 1:
-            raise refused(path, line, f"column {name}: must be there once, under one name; take the other out")
+            raise refused(line, f"column {name}: must be there once, under one name; take the other out")
     return names
 
 
-def _numbers(path: Path, line: int, names: list[str], cells: list[str]) -> list[float]:
-    if len(cells) != len(names):
-        raise refused(path, line, f"{len(cells)} values: must be {len(names)}, one a column; mend the line")
-    return [finite_number(path, line, name, cell) for name, cell in zip(names, cells, strict=True)]
-
-
-def _check_times(path: Path, lines: list[int], time: NDArray[np.float64]) -> None:
-    """Raise InputError unless there are two readings or more, one after the other and without a gap."""
+def _check_times(lines: list[int], time: NDArray[np.float64]) -> None:
+    """Raise Refusal unless there are two readings or more, one after the other and without a gap."""
     if time.size < 2:
         last = lines[-1] if lines else 1
-        raise refused(path, last, f"the file holds {time.size} readings: must be at least 2; give a longer record")
+        raise refused(last, f"the file holds {time.size} readings: must be at least 2; give a longer record")
     step = np.diff(time)
-    back = np.flatnonzero(step <= 0.0)
-    if back.size:
-        raise refused(
-            path,
-            lines[back[0] + 1],
-            f"time_s = {time[back[0] + 1]:.10g}: must be later than {time[back[0]]:.10g}, the "
-            f"time before it; sort the lines, and keep one of each time",
-        )
     usual = float(np.median(step))
+    most, shortest = LONGEST_GAP
+    longest = max(most * usual, shortest)
+    for after in (np.flatnonzero(step <= 0.0) + 1)[:1]:
+        words = f"time_s = {time[after]:.10g}: must be later than {time[after - 1]:.10g}, the time before it; sort the "
+        raise refused(lines[after], f"{words}lines, and keep one of each time")
     if usual > SLOWEST_STEP_S:
-        raise refused(
-            path,
-            lines[1],
-            f"a reading every {usual:.4g} s: must come at least every {SLOWEST_STEP_S:g} s; give "
-            f"a denser record; times are in seconds",
-        )
-    steps, seconds = LONGEST_GAP
-    longest = max(steps * usual, seconds)
-    gap = np.flatnonzero(step > longest * (1.0 + 1e-9))
-    if gap.size:
-        first, last = time[gap[0]], time[gap[0] + 1]
-        raise refused(
-            path,
-            lines[gap[0] + 1],
-            f"a gap of {step[gap[0]]:.4g} s from {first:.10g} to {last:.10g} s: must be at most "
-            f"{longest:.4g} s; fill it, or cut the record there",
-        )
+        words = f"a reading every {usual:.4g} s: must come at least every {SLOWEST_STEP_S:g} s; give a denser record"
+        raise refused(lines[1], f"{words}; times are in seconds")
+    for after in (np.flatnonzero(step > longest * (1.0 + 1e-9)) + 1)[:1]:
+        words = f"a gap of {step[after - 1]:.4g} s from {time[after - 1]:.10g} to {time[after]:.10g} s: must be at"
+        raise refused(lines[after], f"{words} most {longest:.4g} s; fill it, or cut the record there")

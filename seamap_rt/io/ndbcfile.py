@@ -11,14 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import Refusal
 from .declared import to_unit, within_valid_range
 from .opening import open_dataset, open_file, read_unpacked
-from .spectrum_layouts import (
-    WANTED,
-    frequencies_hz,
-    wave_from_degrees,
-)
+from .spectrum_layouts import NO_DIRECTIONS, WANTED, frequencies_hz, wave_from_degrees
 from .text import plain_attribute, refuse_underscores
 
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
@@ -34,34 +30,30 @@ def open_ndbc(path: Path) -> Iterator[xr.DataArray | xr.Dataset]:
         return
     with open_dataset(path, WANTED) as file:
         if not set(_NDBC_NAMES) <= set(file.data_vars):
-            raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+            raise Refusal(NO_DIRECTIONS)
         yield file[list(_NDBC_NAMES)].rename(frequency="freq")
 
 
-def moments_as_declared(spectrum: xr.Dataset, path: Path) -> xr.DataArray:
-    moments = {name: _as_declared(values, path) for name, values in spectrum.data_vars.items()}
-    hertz, _ = frequencies_hz(spectrum["freq"], str(path))
+def moments_as_declared(spectrum: xr.Dataset) -> xr.DataArray:
+    """A buoy's energy in m²/Hz, directions in degrees where waves come from, and shares, by what the file declares."""
+    moments = {}
+    for name, moment in spectrum.data_vars.items():
+        called, values = str(name), within_valid_range(moment.to_numpy(), moment.attrs, moment.encoding)
+        if "dir" in str(name):
+            values = wave_from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
+        elif name == _NDBC_NAMES[0]:
+            values = to_unit(values, plain_attribute(moment.attrs.get("units")), "m2/Hz", called)
+        moments[name] = moment.copy(data=values)
+    hertz, _ = frequencies_hz(spectrum["freq"])
     return xr.Dataset(moments, attrs=spectrum.attrs).to_dataarray("moment").assign_coords(freq=hertz)
 
 
-def _as_declared(moment: xr.DataArray, path: Path) -> xr.DataArray:
-    """A buoy's energy in m²/Hz, a direction in degrees where waves come from, or a share."""
-    called, values = f"{path}: {moment.name}", within_valid_range(moment.to_numpy(), moment.attrs, moment.encoding)
-    if "dir" in str(moment.name):
-        values = wave_from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
-    elif moment.name == _NDBC_NAMES[0]:
-        values = to_unit(values, plain_attribute(moment.attrs.get("units")), "m2/Hz", called)
-    return moment.copy(data=values)
-
-
-def from_moments(spectrum: xr.DataArray, path: Path) -> xr.DataArray:
+def from_moments(spectrum: xr.DataArray) -> xr.DataArray:
     """(freq, dir) of a buoy's (freq, moment): energy [m²/Hz], mean and principal direction [deg], lengths r1 and r2."""
     energy, mean, principal, r1, r2 = spectrum.transpose("moment", "freq").to_numpy().astype(np.float64)
     known = (mean <= 360.0) & (principal <= 360.0) & (r1 <= 1.0) & (r2 <= 1.0)  # not so: nan, or nines
     if np.any(np.isfinite(energy)) and not np.any(known):
-        raise InputError(
-            f"{path}: has no directions at {spectrum.attrs['source']}, only frequencies; choose another time"
-        )
+        raise Refusal(f"has no directions at {spectrum.attrs['source']}, only frequencies; choose another time")
     first, second = r1 * np.exp(1j * np.radians(mean)), r2 * np.exp(2j * np.radians(principal))
     harmonics = np.stack((first.real, first.imag, second.real, second.imag), axis=1)
     directions = np.arange(0.0, 360.0, _NDBC_STEP)
@@ -124,14 +116,12 @@ def _ndbc_beside(path: Path) -> list[Path]:
     elif archived := re.fullmatch(r"(\w{5})w(\d{4}\..+)", path.name):
         names = [f"{archived[1]}{letter}{archived[2]}" for letter in "dijk"]
     else:
-        raise InputError(
-            f"{path}: is not named as NDBC names its densities, so the files of directions beside it are not found; "
+        raise Refusal(
+            "is not named as NDBC names its densities, so the files of directions beside it are not found; "
             "name it 46042.data_spec, 46042w2019.txt or with swden in it"
         )
     beside = [path.with_name(name) for name in names]
     absent = [file.name for file in beside if not file.is_file()]
     if absent:
-        raise InputError(
-            f"{path}: has no directions in it, nor {', '.join(absent)} beside it; put NDBC's directional files there"
-        )
+        raise Refusal(f"has no directions in it, nor {', '.join(absent)} beside it; put NDBC's directional files there")
     return beside

@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, say_of
 from .opening import read_bytes
 from .text import decode_text, finite_number, is_wide, refuse_semicolons, refused
 
@@ -83,15 +83,17 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     text = content.decode("utf-8-sig", "replace")  # of another encoding are comments alone
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
-    rows, gain_dbi, frequency_hz = _reader(path, full)(path, full)
-    for name in CUTS:
-        if not rows[name]:
-            raise refused(path, max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
-    azimuth, elevation = (_cut(path, name, rows[name]) for name in CUTS)
+    read = _reader(path, full)
+    with say_of(f"file '{path}', "):
+        rows, gain_dbi, frequency_hz = read(full)
+        for name in CUTS:
+            if not rows[name]:
+                raise refused(max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
+        azimuth, elevation = (_cut(name, rows[name]) for name in CUTS)
     return PatternFile(azimuth, elevation, gain_dbi, frequency_hz)
 
 
-def _reader(path: Path, lines: list[tuple[int, str]]) -> Callable[[Path, list[tuple[int, str]]], Read]:
+def _reader(path: Path, lines: list[tuple[int, str]]) -> Callable[[list[tuple[int, str]]], Read]:
     """By content; an ending decides for a file that has neither's words."""
     if any(line.split()[0].upper().rstrip(":=") in _MSI_CUTS for _, line in lines):
         return _read_msi
@@ -109,43 +111,43 @@ def _words(header: str) -> list[str]:
     return [word.strip().lower() for word in header.split(",")]
 
 
-def _number(path: Path, line: int, name: str, text: str) -> float:
-    value = finite_number(path, line, name, text)
+def _number(line: int, name: str, text: str) -> float:
+    value = finite_number(line, name, text)
     if name in _LEVELS and abs(value) > _MOST_DB:
-        raise refused(path, line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
+        raise refused(line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
     return value
 
 
 # ------------------------------------------------------------------------------------------------------ the two formats
 
 
-def _read_csv(path: Path, lines: list[tuple[int, str]]) -> Read:
+def _read_csv(lines: list[tuple[int, str]]) -> Read:
     head, header = lines[0] if lines else (1, "")
-    refuse_semicolons(header, f"file '{path}', line {head}")
+    refuse_semicolons(head, header)
     columns = _words(header)
     if sorted(columns) not in (sorted(_COLUMNS), sorted((*_COLUMNS, "phase_deg"))):
-        raise refused(path, head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
+        raise refused(head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
     rows: dict[str, Rows] = {name: [] for name in CUTS}
     for number, line in lines[1:]:
         words = [word.strip() for word in line.split(",")]
         if len(words) != len(columns):
-            raise refused(path, number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
+            raise refused(number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
         entry = dict(zip(columns, words, strict=True))
         cut = entry.pop("cut").lower()
         if cut not in CUTS:
-            raise refused(path, number, f"cut = {cut}: must be azimuth or elevation; correct it")
-        value = {name: _number(path, number, name, word) for name, word in entry.items()}
+            raise refused(number, f"cut = {cut}: must be azimuth or elevation; correct it")
+        value = {name: _number(number, name, word) for name, word in entry.items()}
         if value.get("phase_deg"):
             raise refused(
-                path, number, f"phase_deg = {value['phase_deg']:g}: must be 0, patterns are real; leave the column out"
+                number, f"phase_deg = {value['phase_deg']:g}: must be 0, patterns are real; leave the column out"
             )
         rows[cut].append((number, value["angle_deg"], value["gain_db"]))
-    _check_order(path, rows)
+    _check_order(rows)
     highest = max((level for cut in rows.values() for _, _, level in cut), default=0.0)
     return rows, highest if highest > _LEAST_ABSOLUTE_DB else None, None
 
 
-def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
+def _read_msi(lines: list[tuple[int, str]]) -> Read:
     rows: dict[str, Rows] = {name: [] for name in CUTS}
     promised: dict[str, tuple[int, str]] = {}
     gain_dbi, frequency_hz, cut = None, None, ""
@@ -156,25 +158,25 @@ def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
             cut = _MSI_CUTS[key]
             promised[cut] = (number, words[1] if len(words) > 1 else "")
         elif key == "GAIN":
-            gain_dbi = _gain_dbi(path, number, line)
+            gain_dbi = _gain_dbi(number, line)
         elif key == "FREQUENCY":
             frequency_hz = _frequency_hz(line)
         elif key[0].isalpha() and key != "NAN":  # NAME, MAKE, TILT, COMMENT … and whatever else a maker adds
             cut = ""
         elif cut:
             if len(words) != 2:
-                raise refused(path, number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
+                raise refused(number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
             angle, level = (
-                _number(path, number, name, word.replace(",", "."))
+                _number(number, name, word.replace(",", "."))
                 for name, word in zip(("angle", "attenuation"), words, strict=True)
             )
             rows[cut].append((number, angle, level))
     for cut, (number, count) in promised.items():
         if count.isdecimal() and int(count) != len(rows[cut]):
             raise refused(
-                path, number, f"{cut} cut: must have the {count} points announced, not {len(rows[cut])}; mend the file"
+                number, f"{cut} cut: must have the {count} points announced, not {len(rows[cut])}; mend the file"
             )
-    _check_order(path, rows)
+    _check_order(rows)
     for cut, sense in (("azimuth", 1.0), ("elevation", -1.0)):
         # Attenuations are positive, but some makers write levels.
         sign = 1.0 if all(level <= 0.0 for _, _, level in rows[cut]) else -1.0
@@ -182,13 +184,13 @@ def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
     return rows, gain_dbi, frequency_hz
 
 
-def _gain_dbi(path: Path, number: int, line: str) -> float | None:
+def _gain_dbi(number: int, line: str) -> float | None:
     match = re.fullmatch(r"gain[:=\s]*([-+]?[\d.,]+)\s*(dbi|dbd)?\W*", line, re.IGNORECASE)
     if match is None:
         if re.fullmatch(r"gain[:=\s]*", line, re.IGNORECASE):
             return None
-        raise refused(path, number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
-    gain = _number(path, number, "GAIN", match[1].replace(",", "."))
+        raise refused(number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
+    gain = _number(number, "GAIN", match[1].replace(",", "."))
     return gain if (match[2] or "dBd").lower() == "dbi" else gain + _DIPOLE_DBI
 
 
@@ -200,32 +202,28 @@ def _frequency_hz(line: str) -> float | None:
     return float(match[1]) * {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}[(match[2] or "MHz").lower()]
 
 
-def _check_order(path: Path, rows: dict[str, Rows]) -> None:
+def _check_order(rows: dict[str, Rows]) -> None:
     """Angles as the file has them: within the circle, increasing, and enough of them."""
     for name, points in rows.items():
         before = -np.inf
         for number, angle, _ in points:
-            if not -180.0 <= angle <= 360.0:
-                raise refused(path, number, f"{name} cut: angle = {angle:g}: must be within −180 and 360; correct it")
-            if angle <= before:
-                raise refused(
-                    path, number, f"{name} cut: angle = {angle:g}: must be above the last, {before:g}; sort the lines"
-                )
-            if angle - points[0][1] > 360.0:
-                raise refused(
-                    path, number, f"{name} cut: angle = {angle:g}: must be within 360 of the first; end the cut there"
-                )
+            wrong = (
+                "within −180 and 360; correct it" if not -180.0 <= angle <= 360.0 else
+                f"above the last, {before:g}; sort the lines" if angle <= before else
+                "within 360 of the first; end the cut there" if angle - points[0][1] > 360.0 else ""
+            )  # fmt: skip
+            if wrong:
+                raise refused(number, f"{name} cut: angle = {angle:g}: must be {wrong}")
             before = angle
         if 0 < len(points) < _FEWEST:
-            raise refused(
-                path, points[-1][0], f"{name} cut: {len(points)} points: must be at least {_FEWEST}; sample it finer"
-            )
+            words = f"{name} cut: {len(points)} points: must be at least {_FEWEST}; sample it finer"
+            raise refused(points[-1][0], words)
 
 
 # ------------------------------------------------------------------------------------------------------------- the cuts
 
 
-def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
+def _cut(name: str, rows: Rows) -> MeasuredCut:
     """The cut of a file's points, its highest level ahead being 0 dB."""
     line, angle, level = (np.array(column, dtype=np.float64) for column in zip(*rows, strict=True))
     angle = np.where(angle > 180.0, angle - 360.0, np.where(angle < -180.0, angle + 360.0, angle))
@@ -238,13 +236,12 @@ def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
     highest = int(np.argmax(level))
     if angles.size == 0 or np.max(spline(angles)) < level[highest]:
         raise refused(
-            path,
             line[highest],
             f"{name} cut: its peak, at {angle[highest]:g}°: must be ahead, within ±90; count angles from boresight",
         )
     peak = float(angles[np.argmax(spline(angles))])
     top = float(spline(peak))
-    _check_reach(path, name, line, angle, peak, _beamwidth_deg(spline, peak, top))
+    _check_reach(name, line, angle, peak, _beamwidth_deg(spline, peak, top))
     return MeasuredCut(scipy.interpolate.Akima1DInterpolator(angle, level - top))
 
 
@@ -258,7 +255,7 @@ def _beamwidth_deg(level_db: scipy.interpolate.Akima1DInterpolator, peak: float,
 
 
 def _check_reach(
-    path: Path, name: str, line: NDArray[np.int64], angle: NDArray[np.float64], peak: float, beamwidth_deg: float
+    name: str, line: NDArray[np.int64], angle: NDArray[np.float64], peak: float, beamwidth_deg: float
 ) -> None:
     reach, why = 90.0, ""
     if name == "azimuth":
@@ -266,13 +263,11 @@ def _check_reach(
     for end, side in ((0, -1.0), (-1, 1.0)):
         if side * angle[end] < reach - 1e-6:
             raise refused(
-                path,
                 line[end],
                 f"{name} cut: ends at {angle[end]:g}°: must reach {side * reach:.4g}°{why}; measure or extend it",
             )
     if name == "azimuth" and abs(peak) > (_BEAMS - 1.0) * beamwidth_deg:
         raise refused(
-            path,
             line[np.argmin(np.abs(angle - peak))],
             f"azimuth cut: its peak, at {peak:.4g}°: must be within {_BEAMS - 1.0:g} beam widths ({beamwidth_deg:.3g}° "
             "each) of boresight; count angles from it",

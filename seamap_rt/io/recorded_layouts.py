@@ -32,7 +32,7 @@ from scipy.io import whosmat
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from ..errors import InputError
+from ..errors import InputError, Refusal
 from .declared import plain_attributes
 from .opening import check_file, check_store, open_dataset, open_file, open_hdf5
 from .recorded import read_matlab
@@ -107,7 +107,7 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
         starts.pop()
         times.pop()
     if not starts:
-        raise InputError(f"sea.file = '{path}': holds no whole zone; give HOS-ocean's 3d.dat")
+        raise Refusal("holds no whole zone; give HOS-ocean's 3d.dat")
     x = _corner(path, starts[0], size[0], 0)
     y = _corner(path, starts[0], size[0] * size[1], 1)[:: size[0]]
     even = np.linspace(times[0], times[-1], len(times))
@@ -160,27 +160,22 @@ class _Minutes(_Frames):
         return _minute(path, path.stat().st_mtime_ns)[:, :, number - before].astype(np.float64)
 
 
-def is_stereo_burst(path: Path) -> bool:
-    """Whether a file is a minute of such a video, or a folder holds them."""
-    return bool(_minutes_of(path))
-
-
 def open_stereo_bursts(path: Path) -> xr.Dataset:
     """elevation (time, row, column), not yet read, and the places of its points X_grid and Y_grid in m, from a folder
     or from its first file on. Raises InputError where minutes or their places are missing."""
-    wrong, paths = f"sea.file = '{path}': ", _minutes_of(path)
+    paths = _minutes_of(path)
     numbers = [int(_number(each)) for each in paths]
     if numbers != list(range(numbers[0], numbers[0] + len(numbers))):
-        raise InputError(f"{wrong}minutes {numbers} do not follow each other; name the first of those that do")
+        raise Refusal(f"minutes {numbers} do not follow each other; name the first of those that do")
     beside = paths[0].with_name(f"XYGrid_{_number(paths[0])}.mat")
     if not beside.is_file():
-        raise InputError(f"{wrong}{beside.name} is not beside {paths[0].name}; put the places of the points there")
+        raise Refusal(f"{beside.name} is not beside {paths[0].name}; put the places of the points there")
     places = [_read(beside, name) for name in ("xgrid", "ygrid")]
     frames = [_shape(each, "zgrid")[2] for each in paths]
     if any(_shape(each, "zgrid")[:2] != places[0].shape for each in paths):
-        raise InputError(f"{wrong}zgrid has other points than xgrid of {beside.name}; give files that belong together")
+        raise Refusal(f"zgrid has other points than xgrid of {beside.name}; give files that belong together")
     if any(each != frames[0] for each in frames[:-1]):
-        raise InputError(f"{wrong}its minutes have {frames} frames, and would be of uneven time; give those alike")
+        raise Refusal(f"its minutes have {frames} frames, and would be of uneven time; give those alike")
     heights = indexing.LazilyIndexedArray(_Minutes(paths, frames, places[0].shape))
     seconds = _MINUTE_S / frames[0] * np.arange(sum(frames))
     return xr.Dataset(
@@ -194,7 +189,7 @@ def open_stereo_bursts(path: Path) -> xr.Dataset:
 
 
 def _minutes_of(path: Path) -> list[Path]:
-    """The minutes of a folder, or from a file on, in their order."""
+    """The minutes of a video in a folder, or from a file on, in their order; none of another file or folder."""
     folder, first = (path, -1) if path.is_dir() else (path.parent, int(_number(path) or -1))
     if not path.is_dir() and first < 0:
         return []
@@ -250,8 +245,8 @@ def _open(path: Path) -> xr.Dataset:
     wanted, named = "a recorded sea", f"sea.file = '{path}'"
     if not path.is_dir():
         check_file(path, wanted, named=named)
-    if is_stereo_burst(path):
-        return _with_axes(open_stereo_bursts(path), path)
+    if _minutes_of(path):  # a file of a minute of such a video, or a folder of them
+        return _with_axes(open_stereo_bursts(path))
     if path.is_dir():
         check_store(path, wanted, named=named)
         return xr.open_zarr(path, chunks=None, consolidated=False, decode_timedelta=False)
@@ -260,22 +255,21 @@ def _open(path: Path) -> xr.Dataset:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of how seconds will be read one day: they are taken as they are
         opened = open_dataset(path, wanted, named=named, chunks=None, cache=False, decode_timedelta=False)
-    return _with_axes(opened, path) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
+    return _with_axes(opened) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
 
 
-def _with_axes(opened: xr.Dataset, path: Path) -> xr.Dataset:
+def _with_axes(opened: xr.Dataset) -> xr.Dataset:
     """A grid with one axis each instead of the places of all points."""
     frames, rows, columns = opened["Z"].dims
     x, y = (np.asarray(opened[name].values, dtype=np.float64) for name in ("X_grid", "Y_grid"))
     if x.shape != y.shape or x.ndim != 2 or min(x.shape) < 2 or opened["Z"].shape[1:] != x.shape:
-        raise InputError(f"sea.file = '{path}': X_grid and Y_grid do not hold the places of Z's points; mend it")
+        raise Refusal("X_grid and Y_grid do not hold the places of Z's points; mend it")
     if np.ptp(x, axis=0).max() > np.ptp(x, axis=1).max():  # along rows, not columns
         x, y, rows, columns = x.T, y.T, columns, rows
     step = max(np.abs(np.diff(x, axis=1)).max(), np.abs(np.diff(y, axis=0)).max())
     if not max(np.ptp(x, axis=0).max(), np.ptp(y, axis=1).max()) <= _SLANTED * step:
-        raise InputError(
-            f"sea.file = '{path}': the points of X_grid and Y_grid do not lie in rows and columns along x and y; "
-            "resample it on such a grid"
+        raise Refusal(
+            "the points of X_grid and Y_grid do not lie in rows and columns along x and y; resample it on such a grid"
         )
     named = {frames: "time", rows: "y", columns: "x", "Z": "elevation"}
     values = opened[["Z"]].drop_vars(["x", "y", "time"], errors="ignore")
@@ -283,7 +277,7 @@ def _with_axes(opened: xr.Dataset, path: Path) -> xr.Dataset:
     values = values.rename({old: new for old, new in named.items() if old != new})
     units = {name: str(opened[grid].attrs.get("units", "m")) for name, grid in (("x", "X_grid"), ("y", "Y_grid"))}
     if "time" not in opened.variables:
-        raise InputError(f"sea.file = '{path}': has no `time` of its frames; add it, in seconds")
+        raise Refusal("has no `time` of its frames; add it, in seconds")
     time = opened["time"]
     return values.assign_coords(
         time=("time", time.values.ravel(), {"units": time.attrs.get("units", "s")}),

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, Refusal, say_of
 from .opening import bytes_held, check_declared_size
 from .recorded_layouts import open_layout
 from .sea_grid import (
@@ -147,25 +147,24 @@ class RecordedSea:
         Raises InputError for a frame that is not a sea's, and for gaps that cannot be filled: of most of it, or from
         the patch's edge into what is judged.
         """
-        wrong = f"sea.file = '{self.path}': frame {frame} "
         values = self._read(self.name, frame) - self.level_m
         gap = ~np.isfinite(values)
         wide = 0.0
-        if gap.any():
-            share = float(np.mean(gap))
-            if share > _MOST_MISSING:
-                raise InputError(f"{wrong}has gaps ({share:.1%}), and at most {_MOST_MISSING:.0%} may be; leave it out")
-            middle = slice(self.rim, self.points - self.rim)
-            if unseen_edges(gap)[middle, middle].any():
-                raise InputError(f"{wrong}has gaps from the edge of the patch inwards ({share:.1%}); cut them off")
-            wide = half_width(gap) * self.spacing_m
-            values = filled(values, gap)
-        highest = float(np.abs(values).max())
-        if highest > _HIGHEST_M:
-            raise InputError(
-                f"{wrong}holds {highest:.4g} m: must be at most {_HIGHEST_M:g} (no sea above 30 m); check the units of "
-                f"{self.name}"
-            )
+        with say_of(f"sea.file = '{self.path}': frame {frame} "):
+            if gap.any():
+                share = float(np.mean(gap))
+                if share > _MOST_MISSING:
+                    raise Refusal(f"has gaps ({share:.1%}), and at most {_MOST_MISSING:.0%} may be; leave it out")
+                middle = slice(self.rim, self.points - self.rim)
+                if unseen_edges(gap)[middle, middle].any():
+                    raise Refusal(f"has gaps from the edge of the patch inwards ({share:.1%}); cut them off")
+                wide = half_width(gap) * self.spacing_m
+                values = filled(values, gap)
+            if (highest := float(np.abs(values).max())) > _HIGHEST_M:
+                raise Refusal(
+                    f"holds {highest:.4g} m: must be at most {_HIGHEST_M:g} (no sea above 30 m); check the units of "
+                    f"{self.name}"
+                )
         return values, wide
 
     def surface_potential(self, frame: int) -> NDArray[np.float64]:
@@ -183,13 +182,13 @@ class RecordedSea:
         return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
 
     def _read(self, name: str, frame: int) -> NDArray[np.float64]:
-        if not 0 <= frame < self.frames:
-            raise InputError(f"sea.file = '{self.path}': holds frames 0 to {self.frames - 1}, asked for {frame}")
-        with _LOCK:
-            whole = _opened(self.path, _version(self.path))
-            cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
-        unit = {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s")
-        return cut * unit_scale(whole[name], unit, f"sea.file = '{self.path}': ")
+        with say_of(f"sea.file = '{self.path}': "):
+            if not 0 <= frame < self.frames:
+                raise Refusal(f"holds frames 0 to {self.frames - 1}, asked for {frame}")
+            with _LOCK:
+                whole = _opened(self.path, _version(self.path))
+                cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+            return cut * unit_scale(whole[name], {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s"))
 
 
 _LOCK = threading.Lock()
@@ -197,58 +196,58 @@ _LOCK = threading.Lock()
 
 def recorded_sea(path: str) -> RecordedSea:
     """What a file holds. Raises InputError, a line, for one that is not a recorded sea."""
-    try:
-        return _recorded(path, _version(path))
-    except (OSError, ValueError, KeyError) as error:
-        if isinstance(error, InputError):
+    with say_of(f"sea.file = '{path}': "):
+        try:
+            return _recorded(path, _version(path))
+        except InputError:
             raise
-        what = str(error).split("\n")[0][:160]
-        raise InputError(
-            f"sea.file = '{path}': cannot be read as NetCDF or Zarr ({what}); give a file with the elevation over "
-            "time, y and x"
-        ) from None
+        except (OSError, ValueError, KeyError) as error:
+            what = str(error).split("\n")[0][:160]
+            raise Refusal(
+                f"cannot be read as NetCDF or Zarr ({what}); give a file with the elevation over time, y and x"
+            ) from None
 
 
 @lru_cache(maxsize=8)
 def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     with _LOCK:
         opened = _opened(path, version)
-    wrong = f"sea.file = '{path}': "
-    name = _elevation_of(opened)
-    if name is None:
+    grids = [str(name) for name in opened.data_vars if len(axes_of(opened[name])) == 3 and opened[name].ndim == 3]
+    named = [name for wanted in NAMES for name in grids if name.lower() == wanted]
+    named += [name for name in grids if str(opened[name].attrs.get("standard_name", "")).startswith(_STANDARD)]
+    if not named:
         there = (
             ", ".join(f"{each} ({', '.join(map(str, opened[each].dims))})" for each in opened.data_vars) or "nothing"
         )
-        raise InputError(
-            f"{wrong}holds no elevation over time, y and x (it has {there}); "
+        raise Refusal(
+            f"holds no elevation over time, y and x (it has {there}); "
             f"name the variable one of {', '.join(NAMES[:6])}, and its axes time, y and x"
         )
+    name = named[0]
     axes = axes_of(opened[name])
-    scale = unit_scale(opened[name], "m", wrong)
-    x, y = (places_of(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
-    spacing = [even_step(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
+    scale = unit_scale(opened[name], "m")
+    x, y = (places_of(opened[axes[each]]) for each in ("x", "y"))
+    spacing = [even_step(values, _FEWEST_POINTS, axes[each]) for each, values in (("x", x), ("y", y))]
     if abs(spacing[0] - spacing[1]) > UNEVEN * spacing[0]:
-        raise InputError(
-            f"{wrong}x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it"
-        )
-    check_step(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
-    times, began = seconds_of(opened[axes["time"]], wrong)
-    step = even_step(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
+        raise Refusal(f"x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it")
+    check_step(spacing[0], _SPACINGS_M, "m", f"{axes['x']} and {axes['y']}: points")
+    times, began = seconds_of(opened[axes["time"]])
+    step = even_step(times, _FEWEST_FRAMES, axes["time"])
     if times[1] < times[0]:
-        raise InputError(f"{wrong}{axes['time']} runs backwards; turn it round")
-    check_step(step, _STEPS_S, "s", f"{wrong}{axes['time']}: frames")
+        raise Refusal(f"{axes['time']} runs backwards; turn it round")
+    check_step(step, _STEPS_S, "s", f"{axes['time']}: frames")
     periodic = bool(int(opened.attrs.get("periodic", 0)))
     if periodic and x.size != y.size:
-        raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
-    check_declared_size(wrong[:-2], 8.0 * x.size * y.size, bytes_held(path))
+        raise Refusal(f"is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
+    check_declared_size(f"sea.file = '{path}'", 8.0 * x.size * y.size, bytes_held(path))
     x, y = np.sort(x), np.sort(y)
     free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
     if not periodic:
-        free, level, long_share = _looked_at(opened, name, times.size, scale, wrong)
+        free, level, long_share = _looked_at(opened, name, times.size, scale)
     first, points = _square(x, y, free)
     if points < _FEWEST_POINTS:
-        raise InputError(
-            f"{wrong}the largest square without gaps at its edges has {points} points a side: must have at least "
+        raise Refusal(
+            f"the largest square without gaps at its edges has {points} points a side: must have at least "
             f"{_FEWEST_POINTS}; give more of it"
         )
     corner = _corner(x, y, first, points)
@@ -265,7 +264,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         periodic=periodic,
         depth_m=None if depth is None else float(depth),
         potential=POTENTIAL in opened and set(opened[POTENTIAL].dims) == set(opened[name].dims),
-        flow=_flow_of(opened, opened[name], wrong),
+        flow=_flow_of(opened, opened[name]),
         cut=points < max(x.size, y.size),
         _first=first,
         level_m=level,
@@ -275,9 +274,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     )
 
 
-def _looked_at(
-    opened: xr.Dataset, name: str, frames: int, scale: float, wrong: str
-) -> tuple[NDArray[np.bool_], float, float]:
+def _looked_at(opened: xr.Dataset, name: str, frames: int, scale: float) -> tuple[NDArray[np.bool_], float, float]:
     """Which points (row, column), rows to the north, are not cut off: those that reach the edge through points missing
     in most frames are; the mean level of the others, m; and the share of the variance by which whole frames rise and
     fall."""
@@ -294,7 +291,7 @@ def _looked_at(
         square += float(np.sum(np.square(values[known])))
         means += [float(values[known].mean())] if known.any() else []
     if not means:
-        raise InputError(f"{wrong}{name} is missing everywhere in the frames that were looked at; give others")
+        raise Refusal(f"{name} is missing everywhere in the frames that were looked at; give others")
     free = ~unseen_edges(seen <= 0.5 * chosen.size)
     level = float(total[free].sum() / max(seen[free].sum(), 1.0))
     variance = square / float(seen.sum()) - level**2
@@ -350,14 +347,7 @@ def _cut(
     return one.isel(dict(zip(one.dims, taken, strict=True))).values.astype(np.float64)
 
 
-def _elevation_of(opened: xr.Dataset) -> str | None:
-    there = [str(name) for name in opened.data_vars if len(axes_of(opened[name])) == 3 and opened[name].ndim == 3]
-    named = [name for wanted in NAMES for name in there if name.lower() == wanted]
-    standard = [name for name in there if str(opened[name].attrs.get("standard_name", "")).startswith(_STANDARD)]
-    return next(iter([*named, *standard]), None)
-
-
-def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[str, str] | None:
+def _flow_of(opened: xr.Dataset, elevation: xr.DataArray) -> tuple[str, str] | None:
     """The names of both velocities over the elevation's axes, if the file has them."""
     there = {str(name): each for name, each in opened.data_vars.items() if set(each.dims) == set(elevation.dims)}
     standard = {str(each.attrs.get("standard_name", "")): name for name, each in there.items()}
@@ -365,6 +355,6 @@ def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[s
         for east, north in known:
             if east in held and north in held:
                 for name in (held[east], held[north]):
-                    unit_scale(there[name], "m/s", wrong)
+                    unit_scale(there[name], "m/s")
                 return held[east], held[north]
     return None

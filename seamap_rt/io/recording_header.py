@@ -12,7 +12,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, model_validator
 
-from ..errors import InputError
+from ..errors import InputError, say_of
 from ..settings import Meaning, Section, SensorErrors, as_tuple
 from .opening import read_json
 from .scenefile import read_toml
@@ -151,10 +151,8 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
 
 
 def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
-    try:
+    with say_of(f"{source}: header: ", InputError):
         return validate(RecordingHeader, tree)
-    except InputError as error:
-        raise InputError(*(f"{source}: header: {problem}" for problem in error.problems)) from None
 
 
 def header_object(tree: Any, what: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import scipy.sparse.linalg
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
+from ..errors import Refusal
 from .declared import to_unit
 
 _AXES = {
@@ -44,29 +44,26 @@ def axes_of(values: xr.DataArray) -> dict[str, str]:
     return found
 
 
-def unit_scale(values: xr.DataArray, unit: str, wrong: str) -> float:
-    """What makes a variable's numbers those in a unit. Raises InputError for one in a unit of another kind."""
-    return float(to_unit(np.ones(1), values.attrs.get("units"), unit, f"{wrong}{values.name}")[0])
+def unit_scale(values: xr.DataArray, unit: str) -> float:
+    """What makes a variable's numbers those in a unit. Raises Refusal for one in a unit of another kind."""
+    return float(to_unit(np.ones(1), values.attrs.get("units"), unit, str(values.name))[0])
 
 
-def places_of(axis: xr.DataArray, what: str) -> NDArray[np.float64]:
-    """The points of an axis in m, in as many digits as the file has."""
-    return to_unit(_as_stored(axis.values), axis.attrs.get("units"), "m", what)
-
-
-def _as_stored(values: NDArray) -> NDArray:
-    return np.asarray(values, dtype=np.float64 if values.dtype.kind in "iu" else None)
+def places_of(axis: xr.DataArray, unit: str = "m") -> NDArray[np.float64]:
+    """The points of an axis in a unit, in as many digits as the file has."""
+    stored = np.asarray(axis.values, dtype=np.float64 if axis.dtype.kind in "iu" else None)
+    return to_unit(stored, axis.attrs.get("units"), unit, str(axis.name))
 
 
 def check_step(step: float, limits: tuple[float, float], unit: str, what: str) -> None:
     if not limits[0] <= step <= limits[1]:
-        raise InputError(
+        raise Refusal(
             f"{what} are {step:.3g} {unit} apart: must be {limits[0]:g} to {limits[1]:g}; check the units of the axis "
             "(degrees go to local metres)"
         )
 
 
-def seconds_of(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np.datetime64 | None]:
+def seconds_of(times: xr.DataArray) -> tuple[NDArray[np.float64], np.datetime64 | None]:
     """Times, of dates from the first one on, which comes with them."""
     values = times.values
     if values.dtype.kind == "M":
@@ -74,24 +71,24 @@ def seconds_of(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np
     if values.dtype.kind == "m":
         return values / np.timedelta64(1, "ns") * 1e-9, None
     if values.dtype == object:  # dates of a model's calendar, as cftime decodes them where it is installed
-        raise InputError(
-            f"{wrong}{times.name} holds dates of a calendar without real dates ('noleap', '360_day'); give seconds or "
+        raise Refusal(
+            f"{times.name} holds dates of a calendar without real dates ('noleap', '360_day'); give seconds or "
             "dates of the standard one"
         )
-    return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
+    return places_of(times, "s"), None
 
 
 def even_step(values: NDArray, fewest: int, what: str) -> float:
-    """The spacing of an axis. Raises InputError where it is not even, or too short."""
+    """The spacing of an axis. Raises Refusal where it is not even, or too short."""
     if values.size < fewest:
-        raise InputError(f"{what}: has {values.size} points: must have at least {fewest}; give more of it")
+        raise Refusal(f"{what}: has {values.size} points: must have at least {fewest}; give more of it")
     rounding = 2.0 * float(np.finfo(values.dtype).eps) * float(np.abs(values).max())
     steps = np.diff(values.astype(np.float64))
     step = float(np.median(steps))
     stray = max(UNEVEN * abs(step), min(rounding, _ROUNDED * abs(step)))
     if not np.isfinite(steps).all() or step == 0.0 or np.abs(steps - step).max() > stray:
-        raise InputError(f"{what}: is not evenly spaced (median {step:.4g}, {steps.min():.4g} to {steps.max():.4g}); "
-                         "resample it")  # fmt: skip
+        around = f"median {step:.4g}, {steps.min():.4g} to {steps.max():.4g}"
+        raise Refusal(f"{what}: is not evenly spaced ({around}); resample it")
     return abs(float(values[-1]) - float(values[0])) / (values.size - 1)
 
 

@@ -23,7 +23,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
-from ..errors import InputError
+from ..errors import Refusal
 from .declared import parsed, to_unit, within_valid_range
 from .opening import check_store, open_dataset, read_unpacked
 from .text import plain_attribute, refuse_underscores
@@ -56,7 +56,7 @@ class DensityUnit:
 def density_unit(declared: str, called: str, omega: bool = False, action: bool = False) -> DensityUnit:
     """By the words of a unit. omega: the file counts frequencies in rad/s; action: the density is called one of action.
 
-    Raises InputError for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
+    Raises Refusal for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
     """
     size, powers = parsed(declared) or (0.0, {})
     length, seconds, mass, angles = (powers.get(each, 0) for each in ("length", "time", "mass", "angle"))
@@ -66,13 +66,13 @@ def density_unit(declared: str, called: str, omega: bool = False, action: bool =
     action = action or seconds == 2
     twice = re.search(r"deg\w*\s*\^?\s*\{?-2", declared.replace("**", "^"), re.I)  # no frequency is in degrees
     if not size or mass or length != 2 or seconds != 1 + action or angles not in (-1, -2) or twice:
-        raise InputError(
+        raise Refusal(
             f"{called}: is in '{declared}': must be a variance per frequency and direction, such as m2/Hz/degree or "
             "m2 s rad-1; convert it"
         )
     per_omega = angles == -2
     if omega and not per_omega and not re.search(r"h(z|ertz)", declared, re.I):
-        raise InputError(
+        raise Refusal(
             f"{called}: is in '{declared}' over frequencies in rad/s: per Hz or per rad/s is not told; write m2/Hz/rad "
             "or m2/(rad/s)/rad, or give frequencies in Hz"
         )
@@ -94,12 +94,10 @@ def wave_from_degrees(
 ) -> NDArray[np.float64]:
     """Directions (d,) as degrees clockwise from north where waves come from, by their coordinate's attributes;
     more: what else the file says of directions, where these say nothing; otherwise: what a file of this kind means
-    where nothing does. Raises InputError for what is ambiguous."""
+    where nothing does. Raises Refusal for what is ambiguous."""
     unit = plain_attribute(attributes.get("units"))
     if unit is None and direction.size > 2 and np.ptp(direction) > 4.0 and np.abs(direction).max() <= _FULL_CIRCLE:
-        raise InputError(
-            f"{called}: has no unit and ends at {direction.max():.3g}; declare degree or radian as its units"
-        )
+        raise Refusal(f"{called}: has no unit and ends at {direction.max():.3g}; declare degree or radian as its units")
     words, written = words_of(attributes), _ANGLE_AND_WORDS.fullmatch(str(unit).strip())
     if written and written[2] and written[0].lower() not in ("degrees_north", "degrees_east"):
         unit, words = written[1], "; ".join(filter(None, (words, written[2].replace("_", " "))))
@@ -109,7 +107,7 @@ def wave_from_degrees(
     sense = _sense(words, str(plain_attribute(attributes.get("standard_name", ""))), called)
     words = words if _turned(words) or sense else "; ".join(filter(None, (words, more)))
     if "magnetic" in words.lower():
-        raise InputError(f"{called}: is described as '{words}': must count from true north; turn it by the variation")
+        raise Refusal(f"{called}: is described as '{words}': must count from true north; turn it by the variation")
     turned, east = _turned(words), bool(_EAST.search(words))
     if turned or east:
         degrees = (90.0 if east or not _NORTH.search(words) else 0.0) + (-degrees if turned else degrees)
@@ -125,26 +123,20 @@ def _sense(words: str, name: str, called: str) -> Sense | None:
     apart = _ORIGIN.sub("", words)  # "clockwise from north" tells no sense
     to, coming = _TO.search(apart), _FROM.search(apart)
     if to and coming and not re.search(r"(to|from)_direction", name):
-        raise InputError(f"{called}: is described as '{words}', both where waves come from and go to; keep one of them")
+        raise Refusal(f"{called}: is described as '{words}', both where waves come from and go to; keep one of them")
     if not (to or coming):
         return None
     return "to" if to and not name.endswith("from_direction") else "from"
 
 
-def convert_spectrum(
-    density: xr.DataArray,
-    called: str,
-    sense: Sense = "from",
-    unit: str | None = None,
-    said: Iterable[str] = (),
-) -> xr.DataArray:
+def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, said: Iterable[str]) -> xr.DataArray:
     """A density (…, freq, dir) in Hz, degrees where waves come from, and m²/(Hz·degree), by its attributes, those of
     its coordinates. What lies beyond its valid range is missing. sense, unit: of a file of this kind that says nothing;
-    said: what the file says beside it. Raises InputError."""
+    said: what the file says beside it. Raises Refusal."""
     density = density.copy(data=within_valid_range(density.to_numpy(), density.attrs, density.encoding))
     if not {"freq", "dir"} <= set(density.dims):
         return density  # whoever asks for directions says that there are none
-    hertz, axis_unit = frequencies_hz(density["freq"], called)
+    hertz, axis_unit = frequencies_hz(density["freq"])
     omega = "rad" in axis_unit.lower()
     direction = density["dir"]
     more = "; ".join(
@@ -153,35 +145,32 @@ def convert_spectrum(
         for chunk in _OF_DIRECTIONS.finditer(text)
         if not re.search("wind|current", chunk[0])
     )
-    degrees = wave_from_degrees(
-        direction.to_numpy().astype(np.float64), direction.attrs, f"{called}: direction", sense, more
-    )
+    degrees = wave_from_degrees(direction.to_numpy().astype(np.float64), direction.attrs, "direction", sense, more)
     declared = plain_attribute(density.attrs.get("units", unit))
     if "significant_height" in str(plain_attribute(density.attrs.get("standard_name", ""))):
         declared = unit  # wavespectra 4.9 leaves the words of a height on spectra that it constructs
     factor, action = 1.0, "action" in words_of(density.attrs).lower()
     if declared is not None and str(declared).strip():
-        found = density_unit(str(declared), f"{called}: density", omega, action)
+        found = density_unit(str(declared), "density", omega, action)
         factor, action = found.factor, found.action
     elif omega or action:
-        raise InputError(
-            f"{called}: density: has no unit, with frequencies in '{axis_unit}'; declare one, such as m2/Hz/degree"
-        )
+        raise Refusal(f"density: has no unit, with frequencies in '{axis_unit}'; declare one, such as m2/Hz/degree")
     result = density.assign_coords(freq=hertz, dir=degrees) * factor
     if action:  # E = 2πf N
         result = result * (2.0 * np.pi * result["freq"])
     return result
 
 
-def frequencies_hz(frequency: xr.DataArray, called: str) -> tuple[NDArray[np.float64], str]:
-    """Frequencies (f,) in Hz, and the unit that the file declares. Raises InputError."""
+def frequencies_hz(frequency: xr.DataArray) -> tuple[NDArray[np.float64], str]:
+    """Frequencies (f,) in Hz, and the unit that the file declares. Raises Refusal."""
     unit, words = plain_attribute(frequency.attrs.get("units")), words_of(frequency.attrs)
     if unit is None and _NO_FREQUENCY.search(words):
-        raise InputError(f"{called}: frequency: is described as '{words}' and has no unit; declare Hz or rad/s")
-    return to_unit(frequency.to_numpy(), unit, "Hz", f"{called}: frequency"), str(unit)
+        raise Refusal(f"frequency: is described as '{words}' and has no unit; declare Hz or rad/s")
+    return to_unit(frequency.to_numpy(), unit, "Hz", "frequency"), str(unit)
 
 
 WANTED = "a directional spectrum"
+NO_DIRECTIONS = "has no directions in it, only frequencies; give a directional spectrum"
 _HEIGHT = "sea_surface_wave_significant_height"
 _HEIGHTS = ("hs", "Hs", "hm0", "Hm0", "swh", "VHM0", "hsig", "Hsig", "significant_wave_height", "wave_height")
 _F, _D = {"frequency": "freq"}, {"direction": "dir"}
@@ -230,15 +219,15 @@ def open_netcdf(path: Path, **options: object) -> xr.Dataset:
     return open_dataset(path, WANTED, **options)
 
 
-def netcdf_density(file: xr.Dataset, kind: str, path: Path) -> xr.DataArray:
+def netcdf_density(file: xr.Dataset, kind: str) -> xr.DataArray:
     """The densities of a file, not yet read, under their names here; the wave height that the file states beside them,
-    and what it says of directions in its own attributes, go with them. Raises InputError for a file without directions.
+    and what it says of directions in its own attributes, go with them. Raises Refusal for a file without any.
     """
     layout = NETCDF[kind]
     names = {old: new for old, new in layout.names.items() if old in file.variables or old in file.dims}
     file = file.rename({old: new for old, new in names.items() if old != new})
     if "efth" not in file or "dir" not in file["efth"].dims or "dir" not in file.variables:
-        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+        raise Refusal(NO_DIRECTIONS)
     density = file["efth"].assign_attrs(of_the_file=[plain_attribute(each) for each in file.attrs.values()])
     for name, held in file.data_vars.items():
         called = str(plain_attribute(held.attrs.get("standard_name", "")))
@@ -248,35 +237,35 @@ def netcdf_density(file: xr.Dataset, kind: str, path: Path) -> xr.DataArray:
     return density
 
 
-def as_declared(density: xr.DataArray, kind: str, path: Path) -> xr.DataArray:
-    """A density of one time and site in Hz, degrees where waves come from, and m²/(Hz·degree). Raises InputError."""
-    layout, called = NETCDF[kind], str(path)
+def as_declared(density: xr.DataArray, kind: str) -> xr.DataArray:
+    """A density of one time and site in Hz, degrees where waves come from, and m²/(Hz·degree). Raises Refusal."""
+    layout = NETCDF[kind]
     if "stated_height" in density.coords:
         height = density["stated_height"]
         unit = plain_attribute(height.attrs.get("units"))
-        density = density.assign_coords(stated_height=to_unit(height.to_numpy(), unit, "m", f"{called}: height"))
+        density = density.assign_coords(stated_height=to_unit(height.to_numpy(), unit, "m", "height"))
     if kind == "era5":
-        density, done = _of_logarithms(density, called)
+        density, done = _of_logarithms(density)
         if done:
             return density
     if layout.angle and "units" not in density["dir"].attrs:
         density["dir"].attrs["units"] = layout.angle
     description = [str(each) for each in density.attrs.pop("of_the_file", ())]
-    return convert_spectrum(density, called, layout.sense, layout.unit, description).assign_attrs(density.attrs)
+    return convert_spectrum(density, layout.sense, layout.unit, description).assign_attrs(density.attrs)
 
 
-def _of_logarithms(density: xr.DataArray, called: str) -> tuple[xr.DataArray, bool]:
+def _of_logarithms(density: xr.DataArray) -> tuple[xr.DataArray, bool]:
     """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were comes too."""
     from wavespectra.input.era5 import from_era5
 
     if not float(density.min()) < 0.0:
-        raise InputError(f"{called}: d2fd holds no logarithms, as ERA5's does; name the variable efth")
+        raise Refusal("d2fd holds no logarithms, as ERA5's does; name the variable efth")
     axes = [density[name].to_numpy() if name in density.coords else np.arange(1, density.sizes[name] + 1)
             for name in ("freq", "dir")]  # fmt: skip
     if all(np.array_equal(axis, np.arange(1, axis.size + 1)) for axis in axes):
         return from_era5(density.to_dataset(name="efth"))["efth"].assign_attrs(density.attrs), True
     if any(np.array_equal(axis, axis.astype(int)) and np.ptp(axis) == axis.size - 1 for axis in axes):
-        raise InputError(f"{called}: has a part of ERA5's numbered frequencies or directions; give all of them")
+        raise Refusal("has a part of ERA5's numbered frequencies or directions; give all of them")
     powers = (10.0**density).assign_attrs(density.attrs)
     powers.attrs["units"] = re.sub(r"log_?10|[\[\]]", "", str(plain_attribute(density.attrs.get("units", "")))).strip()
     return powers, False
@@ -308,7 +297,7 @@ def read_text(path: Path, kind: str) -> xr.DataArray:
         if plain.read_text(encoding="ascii").lstrip().startswith("{"):
             plain = plain.rename(plain.with_suffix(".json"))
         if kind == "triaxys" and re.search(r"\brad(ian)?s?\b", plain.read_text(encoding="ascii"), re.I):
-            raise InputError(f"{path}: speaks of radians, and TRIAXYS counts in degrees; convert it")
+            raise Refusal("speaks of radians, and TRIAXYS counts in degrees; convert it")
         reader = getattr(importlib.import_module(f"wavespectra.input.{kind}"), f"read_{kind}")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -20,12 +20,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
-from ..errors import InputError
+from ..errors import InputError, Refusal, say_of
 from .ndbcfile import from_moments, moments_as_declared, open_ndbc
 from .opening import bytes_held, check_declared_size, open_file, read_unpacked
 from .process import quietly, without_complaints
 from .spectrum_layouts import (
     NETCDF,
+    NO_DIRECTIONS,
     TEXT,
     WANTED,
     DensityUnit,
@@ -81,41 +82,45 @@ def read_directional_spectrum(
     and for a site or time that it has not.
     """
     path = Path(path)
-    result = _kind_of(path) if kind in ("auto", *KINDS) else None
-    if result is None or kind not in ("auto", result):
-        what = f"is not a directional spectrum of the kind {kind}" if kind != "auto" else "is no spectrum known here"
-        stated = f" but {result}" if result else ""
-        raise InputError(f"{path}: {what}{stated}; {_KINDS_IN_WORDS}")
-    damage = ""
-    with without_complaints(), warnings.catch_warnings():
+    with say_of(f"{path}: "), without_complaints(), warnings.catch_warnings():
+        result = _kind_of(path) if kind in ("auto", *KINDS) else None
+        if result is None or kind not in ("auto", result):
+            what = (
+                f"is not a directional spectrum of the kind {kind}" if kind != "auto" else "is no spectrum known here"
+            )
+            stated = f" but {result}" if result else ""
+            raise Refusal(f"{what}{stated}; {_KINDS_IN_WORDS}")
         # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
         # package, what they will have to change one day, and files that it leaves open where they are damaged.
         warnings.filterwarnings("ignore", message="Cannot import function")
         warnings.filterwarnings("ignore", message=".*phony_dims", category=UserWarning)  # of HDF5 that is no NetCDF
-        warnings.simplefilter("ignore", DeprecationWarning)
-        warnings.simplefilter("ignore", ResourceWarning)
-        warnings.simplefilter("ignore", RuntimeWarning)  # of scales and fill values: what matters is checked after
+        for category in (DeprecationWarning, ResourceWarning, RuntimeWarning):  # the last of scales and fill values
+            warnings.simplefilter("ignore", category)
         # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
         warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
         try:
             with _opened(path, result) as spectra:
                 chosen = _chosen(spectra, path, time, site)
                 check_declared_size(str(path), chosen.nbytes, bytes_held(path))
-                spectrum = moments_as_declared(chosen, path) if isinstance(chosen, xr.Dataset) else chosen
+                spectrum = moments_as_declared(chosen) if isinstance(chosen, xr.Dataset) else chosen
                 if result in NETCDF:
-                    spectrum = as_declared(spectrum, result, path)
+                    spectrum = as_declared(spectrum, result)
                 if "moment" in spectrum.dims:
-                    spectrum = from_moments(spectrum, path)
-                elif result != "swan":  # whose exception value is -99
-                    _refuse_negative(spectrum, path)
-                return _table(spectrum, path)
+                    spectrum = from_moments(spectrum)
+                elif (least := float(spectrum.min())) < -_UNDERSHOOT * abs(float(spectrum.max())) and result != "swan":
+                    # A fill value that is not declared, as SWAN's -99 is, would be a calm where none was measured.
+                    raise Refusal(
+                        f"holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
+                        "_FillValue, or leave it out"
+                    )
+                return _table(spectrum)
         except InputError:
             raise
-        except Exception as error:  # the parsers raise exceptions of many types
-            damage = (
-                f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
-            )  # others speak of the program
-    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
+        except Exception as error:  # the parsers raise exceptions of many types; other ones speak of the program
+            damage = f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
+            raise Refusal(
+                f"is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}"
+            ) from None
 
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
@@ -129,12 +134,12 @@ def _kind_of(path: Path) -> str | None:
         with open_file(path, WANTED) as file:
             start = file.read(200)
         if is_wide(start) and not path.suffix == ".gz":
-            raise InputError(f"{path}: is text in UTF-16; save it as UTF-8")
+            raise Refusal("is text in UTF-16; save it as UTF-8")
         if start[:3] == b"CDF" or start[:8] == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
         begin = _text(path)[:4_000_000]
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error}); give a readable file") from None
+        raise Refusal(f"cannot be read ({error}); give a readable file") from None
     if begin.startswith("SWAN"):
         return "swan"
     return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", begin) else text_kind(begin)
@@ -165,7 +170,7 @@ def _text(path: Path) -> str:
 def _chosen(spectra: Spectra, path: Path, time: str | None, site: int) -> Spectra:
     """The spectrum (freq, dir) or (freq, moment) of one time and one site, and the words for both in its attributes."""
     if isinstance(spectra, xr.DataArray) and not {"dir", "moment"} & set(spectra.dims):
-        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+        raise Refusal(NO_DIRECTIONS)
     when = ""
     if "time" in spectra.dims:
         index = _time_index(spectra["time"].to_numpy(), path, time)
@@ -189,7 +194,7 @@ def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -
     times = np.asarray(times)
     known = np.flatnonzero(~np.isnat(times)) if times.dtype.kind == "M" else np.arange(0)
     if not known.size:
-        raise InputError(f"{path}: has no time that is a date; correct the file's times")
+        raise Refusal("has no time that is a date; correct the file's times")
     if known.size < times.size:
         return int(known[_time_index(times[known], path, wanted)])
     if wanted is None:
@@ -209,54 +214,33 @@ def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -
     return index
 
 
-def _refuse_negative(spectrum: xr.DataArray, path: Path) -> None:
-    """A fill value that the file does not declare would be a calm where none was measured."""
-    least, most = float(spectrum.min()), float(spectrum.max())
-    if least < -_UNDERSHOOT * abs(most):
-        raise InputError(
-            f"{path}: holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
-            "_FillValue, or leave it out"
-        )
-
-
-def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
+def _table(spectrum: xr.DataArray) -> DirectionalTable:
     """Ascending frequencies and directions, each once; numbers only, none negative."""
     density = np.asarray(spectrum.to_numpy(), dtype=np.float64)
     if not np.any(np.isfinite(density)):
-        raise InputError(f"{path}: holds no number at {spectrum.attrs['source']}; choose another time or site")
-    density = np.maximum(
-        np.nan_to_num(density, nan=0.0, posinf=0.0, neginf=0.0), 0.0
-    )  # negative: SWAN's exception value
+        raise Refusal(f"holds no number at {spectrum.attrs['source']}; choose another time or site")
+    density = np.maximum(np.where(np.isfinite(density), density, 0.0), 0.0)  # negative: SWAN's exception value
     # Rounded, since float32 makes 0.1 Hz 0.10000000149 and 360° may be 359.99997°.
     frequency, rows = np.unique(np.round(spectrum["freq"].to_numpy().astype(np.float64), 7), return_index=True)
-    direction, columns = np.unique(
-        np.round(spectrum["dir"].to_numpy().astype(np.float64), 3) % 360.0, return_index=True
-    )
+    direction = np.round(spectrum["dir"].to_numpy().astype(np.float64), 3) % 360.0
+    direction, columns = np.unique(direction, return_index=True)
     waves = frequency > 0.0
     if np.count_nonzero(waves) < 2:
-        raise InputError(f"{path}: has fewer than two frequencies; give a spectrum")
+        raise Refusal("has fewer than two frequencies; give a spectrum")
     if direction.size < 3:
-        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-    table = DirectionalTable(
-        frequency[waves], direction, density[np.ix_(rows[waves], columns)], str(spectrum.attrs["source"])
-    )
-    _refuse_another_height(table, spectrum, path)
-    return table
-
-
-def _refuse_another_height(table: DirectionalTable, spectrum: xr.DataArray, path: Path) -> None:
-    """A file that states its wave height states its units once more."""
-    angle = np.append(table.from_deg, table.from_deg[0] + 360.0)
-    density = np.trapezoid(np.column_stack((table.density, table.density[:, 0])), angle, axis=1)
-    height = 4.0 * float(np.sqrt(np.trapezoid(density, table.frequency_hz)))
-    stated = spectrum.coords.get("stated_height")
-    if stated is None or stated.size != 1 or not np.isfinite(float(stated)) or float(stated) <= 0.0:
-        return
-    if abs(height / float(stated) - 1.0) > _HEIGHT_OFF:
-        raise InputError(
-            f"{path}: its densities make waves of {height:.3g} m, and it states a height of {float(stated):.3g} m; "
+        raise Refusal(NO_DIRECTIONS)
+    frequency, density = frequency[waves], density[np.ix_(rows[waves], columns)]
+    around = np.column_stack((density, density[:, 0]))
+    of_frequency = np.trapezoid(around, np.append(direction, direction[0] + 360.0), axis=1)
+    height = 4.0 * float(np.sqrt(np.trapezoid(of_frequency, frequency)))
+    held = spectrum.coords.get("stated_height")  # a file that states its wave height states its units once more
+    stated = float(held) if held is not None and held.size == 1 else np.nan
+    if 0.0 < stated < np.inf and abs(height / stated - 1.0) > _HEIGHT_OFF:
+        raise Refusal(
+            f"its densities make waves of {height:.3g} m, and it states a height of {stated:.3g} m; "
             "correct the units of the density, the frequencies or the directions"
         )
+    return DirectionalTable(frequency, direction, density, str(spectrum.attrs["source"]))
 
 
 # ------------------------------------------------------------------------------------------------------- the formats
@@ -267,7 +251,7 @@ def _opened(path: Path, kind: str) -> Iterator[Spectra]:
     """All spectra of a file, those of NetCDF not yet read."""
     if kind in NETCDF:
         with open_netcdf(path) as file:
-            yield netcdf_density(file, kind, path)
+            yield netcdf_density(file, kind)
     elif kind in TEXT:
         yield read_text(path, kind)
     else:
@@ -281,24 +265,23 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
     begins = [(line.split(maxsplit=1) or [""])[0] for line in lines[:100_000]]
     header = [word[:8] for word in begins]
     for word, count in zip(header, begins[1:], strict=False):
-        if (
-            word in _COUNTED and count.isdecimal() and int(count[:18]) > len(lines)
-        ):  # wavespectra would read on for ever
-            raise InputError(f"{path}: declares {count} of {word} in {len(lines)} lines; give a whole file")
+        # wavespectra would read on for ever
+        if word in _COUNTED and count.isdecimal() and int(count[:18]) > len(lines):
+            raise Refusal(f"declares {count} of {word} in {len(lines)} lines; give a whole file")
     if "ITER" in header:
-        raise InputError(
-            f"{path}: holds the iterations of a test point (ITER), none of which is the sea; give the file that SWAN's "
+        raise Refusal(
+            "holds the iterations of a test point (ITER), none of which is the sea; give the file that SWAN's "
             "SPECOUT writes"
         )
     words = set(header[: header.index("QUANT") if "QUANT" in header else None])
     if not {"NDIR", "CDIR"} & words:
-        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+        raise Refusal(NO_DIRECTIONS)
     for one, other in (("LONLAT", "LOCATIONS"), ("AFREQ", "RFREQ")):
         if not {one, other[:8]} & words:
-            raise InputError(f"{path}: has neither {one} nor {other} in its header; give the file as SWAN writes it")
+            raise Refusal(f"has neither {one} nor {other} in its header; give the file as SWAN writes it")
     from wavespectra.core.swan import SwanSpecFile
 
-    scale = _swan_unit(path, header, lines)
+    scale = _swan_unit(header, lines)
     with plain_copy(path, "spectrum.spc") as plain:
         swan = SwanSpecFile(plain)
         try:
@@ -315,7 +298,7 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
         yield xr.DataArray(density, dims=("time", "site", "freq", "dir"), coords={"time": times, **coordinates})
 
 
-def _swan_unit(path: Path, header: list[str], lines: list[str]) -> DensityUnit:
+def _swan_unit(header: list[str], lines: list[str]) -> DensityUnit:
     """Of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided energy by
     ρg already."""
     if "QUANT" not in header:
@@ -324,9 +307,6 @@ def _swan_unit(path: Path, header: list[str], lines: list[str]) -> DensityUnit:
     name, unit = ([*re.split(r"\s{2,}|\t", line.strip()), ""][0] for line in lines[begin : begin + 2])
     name, unit = name.split()[0] if name else "", unit.removesuffix(" unit")
     if name.lower() not in ("vadens", "endens", "acdens"):
-        raise InputError(f"{path}: holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")
-    found = density_unit(unit, f"{path}: {name}", action=name.lower() == "acdens")
+        raise Refusal(f"holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")
+    found = density_unit(unit, name, action=name.lower() == "acdens")
     return replace(found, factor=found.factor * WATER_DENSITY * GRAVITY) if unit[:1] in "Jj" else found
-
-
-# -------------------------------------------------------------------------------------------------------- NDBC's buoys

@@ -15,7 +15,7 @@ from decimal import Decimal, InvalidOperation
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
+from ..errors import InputError, Refusal
 
 if TYPE_CHECKING:  # loaded where it is used: the command line does without
     import numpy as np
@@ -31,19 +31,19 @@ def parse_number(text: str | float) -> float:
     return float(text)
 
 
-def refused(path: object, line: int, what: str) -> InputError:
+def refused(line: int, what: str) -> Refusal:
     """The refusal of a line of a table, to be raised."""
-    return InputError(f"file '{path}', line {line}: {what}")
+    return Refusal(f"line {line}: {what}")
 
 
-def finite_number(path: object, line: int, name: str, cell: str) -> float:
-    """The number in a cell of the column of that name. Raises InputError for what is none, or not finite."""
+def finite_number(line: int, name: str, cell: str) -> float:
+    """The number in a cell of the column of that name. Raises Refusal for what is none, or not finite."""
     try:
         value = parse_number(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refused(path, line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
+        raise refused(line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
     return value
 
 
@@ -106,12 +106,10 @@ def decode_text(content: bytes, called: str) -> str:
         ) from None
 
 
-def refuse_semicolons(header: str, called: str) -> None:
-    """Raise InputError for a table whose columns a semicolon parts, and so perhaps commas the decimals."""
+def refuse_semicolons(line: int, header: str) -> None:
+    """Raise Refusal for a table whose columns a semicolon parts, and so perhaps commas the decimals."""
     if ";" in header and "," not in header:
-        raise InputError(
-            f"{called}: has ';' between its columns; save it with commas between them and points in its numbers"
-        )
+        raise refused(line, "has ';' between its columns; save it with commas between them and points in its numbers")
 
 
 _FORMULA = re.compile(r"\s*[=+\-@\t＝＋－＠]")  # that spreadsheets begin one with, some of them in full width
