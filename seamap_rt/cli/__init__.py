@@ -65,7 +65,7 @@ class Stops:
         Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """
         interrupted, self.asked = self.asked, True
-        sys.unraisablehook = _say_nothing if process and interrupted else self._hook
+        sys.unraisablehook = (lambda _: None) if process and interrupted else self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
 
@@ -84,10 +84,6 @@ class Stops:
             signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
         else:
             self._hook(lost)
-
-
-def _say_nothing(*_: object) -> None:
-    pass
 
 
 def _end_at_once(*_: object) -> None:

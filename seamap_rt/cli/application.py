@@ -33,13 +33,6 @@ def doctor_command() -> int:
     return 0 if all(check.ok for check in rows if check.item == "backend") else NO_BACKEND
 
 
-def _print_anywhere() -> None:
-    """A terminal that knows ASCII alone shows "?" for the letters that it lacks."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
-
-
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SHORT = "raise the limits (ulimit -v, -d, -u), end other programs, or lower what is asked for"
 _ADVICE = {
@@ -52,7 +45,9 @@ _ADVICE = {
 
 def answer(arguments: list[str] | None, stops: Stops) -> int:
     """Run a command and return its exit code; each thing that is wrong is one line on stderr."""
-    _print_anywhere()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal of ASCII alone shows "?" for the letters that it lacks
+            stream.reconfigure(errors="replace")
     try:
         stops.run()
         code = app(arguments, exit_on_error=False, print_error=False)
@@ -89,7 +84,9 @@ def _answer_to(error: Exception, stops: Stops) -> int:
         if stops.asked:
             return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
         full = error.errno in _FULL or os.strerror(errno.ENOSPC) in str(error)  # HDF5 tells it in words alone
-        return _refuse(_disk_words(error), NO_RESOURCE if full else BAD_INPUT)
+        reason = f"'{error.filename}': {error.strerror or error}" if error.filename else error.strerror or error
+        advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
+        return _refuse(f"{reason}; {advice}", NO_RESOURCE if full else BAD_INPUT)
     except Exception:
         if not stops.asked:
             raise
@@ -109,13 +106,6 @@ def _unused_in_words(tokens: list[str]) -> str:
     if all("=" in each for each in tokens):
         return f"{left}: belongs to no option; write {' '.join(f'--set {each}' for each in tokens)} to change a key"
     return f"{left}: the command takes no such argument; --help says which it takes"
-
-
-def _disk_words(error: OSError) -> str:
-    reason = error.strerror or error
-    what = f"'{error.filename}': {reason}" if error.filename else reason
-    advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
-    return f"{what}; {advice}"
 
 
 def _refuse(said: str | tuple[str, ...], code: int) -> int:

@@ -220,6 +220,7 @@ def retrieve(
     kinds, origin = _exports(to, at)
     import xarray as xr  # these take two seconds: what was typed is checked before
 
+    from ..conventions import turn_name
     from ..io.exports import export, headings
     from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
@@ -227,12 +228,16 @@ def retrieve(
     from ..wavefield import sea_state
     from ..wavefield.sea_state import in_words
 
+    def print_turn(turn: Turn) -> None:
+        polar = turn.maps["polar"].to_dataset()
+        console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
+
     folder = out or echoes.parent
     earlier = tuple(path.name for path in folder.glob("ground*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)
     refuse_unfinished(echoes.parent, "ECHOES")
     with streaming(stream, stream_format) as broadcast, results_folder(folder, overwrite, (MAPS,)):
-        tell = [_print_turn] if follow else []
+        tell = [print_turn] if follow else []
         if broadcast is not None:
             from ..session.streaming import RetrievalStream
 
@@ -281,14 +286,6 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
         missing = "--to geotiff, csv or netcdf" if at else "--at LAT,LON of the antenna, as in --at 54.32,-7.5"
         raise InputError(f"{'--at' if at else '--to'}: needs {missing}; give both or neither")
     return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
-
-
-def _print_turn(turn: Turn) -> None:
-    """A line for a turn that has just come."""
-    from ..conventions import turn_name
-
-    polar = turn.maps["polar"].to_dataset()
-    console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

@@ -53,15 +53,6 @@ def _headline(metrics: dict[str, Any]) -> str:
     )
 
 
-def _print_account(metrics: dict[str, Any]) -> None:
-    """What was modelled and left out; on a terminal the kind of each line stands out."""
-    from ..report.limits import account_lines
-
-    for line in account_lines(metrics["modelled"], metrics["left_out"]):
-        kind, rest = line.split(": ", 1)
-        console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
-
-
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
@@ -114,7 +105,11 @@ def run(
     for warning in warnings(result.metrics):
         console.print(f"flag: {warning}")
     if account:
-        _print_account(result.metrics)
+        from ..report.limits import account_lines
+
+        for line in account_lines(result.metrics["modelled"], result.metrics["left_out"]):
+            kind, rest = line.split(": ", 1)
+            console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
     else:
         console.print("what was modelled and what was left out: the report, or --account")
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
@@ -186,34 +181,22 @@ def sea(
         from ..products.sampling import times_of
 
         times_of(times)  # is refused before the second in which the rest is loaded
-    if nonlinear:
-        return _nonlinear_sea(
-            loaded, out, times=times, order=order, spacing=spacing, overwrite=overwrite, resume=resume
-        )
-    from ..products.writing import DEFAULT_TIMES, write_sea
-
+    given: dict[str, Any] = {} if times is None else {"times": times}
     with progress() as say:
-        made = write_sea(
-            loaded,
-            out,
-            times=DEFAULT_TIMES if times is None else times,
-            side=side,
-            spacing=spacing,
-            overwrite=overwrite,
-            progress=say,
-        )
-    first, *others = made.files
-    console.print(*made.notes, made.headline(), f"{made.folder / first} (with {', '.join(others)})", sep="\n")
-    return 0
+        given |= {"spacing": spacing, "overwrite": overwrite, "progress": say}
+        if nonlinear:
+            from ..products.recorded_sea import write_recorded_sea
 
+            given |= {} if order is None else {"order": order}
+            record = write_recorded_sea(loaded, out, resume=resume, **given)
+            files, notes, headline = record.file, record.notes, record.headline()
+        else:
+            from ..products.writing import write_sea
 
-def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
-    from ..products.recorded_sea import write_recorded_sea
-
-    with progress() as say:
-        given = {name: value for name, value in options.items() if value is not None}
-        made = write_recorded_sea(scene, out, progress=say, **given)
-    console.print(*made.notes, made.headline(), made.file, sep="\n")
+            made = write_sea(loaded, out, side=side, **given)
+            files = f"{made.folder / made.files[0]} (with {', '.join(made.files[1:])})"
+            notes, headline = made.notes, made.headline()
+    console.print(*notes, headline, files, sep="\n")
     return 0
 
 

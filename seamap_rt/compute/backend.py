@@ -170,7 +170,14 @@ class Check(NamedTuple):
 
 def checks() -> list[Check]:
     """What a run would use here, and what mends what is missing. Never raises."""
-    rows = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
+    rows = _check_backend()
+    try:
+        if sys.platform == "linux":
+            ctypes.CDLL("libatomic.so.1")
+        rows.append(Check("libatomic.so.1", "found" if sys.platform == "linux" else "not needed here", True))
+    except OSError:
+        rows.append(Check("libatomic.so.1", f"not found: {_REMEDY_ATOMIC}", False))
+    rows.append(Check("python", platform.python_version(), True))
     for name in _PACKAGES:
         version = libraries.package_version(name)
         rows.append(Check(name, version or f"not installed: run `pip install {name}`", version is not None))
@@ -201,12 +208,3 @@ def _check_backend() -> list[Check]:
         Check("found by", backend.source, None),
         *(Check("passed over", note, None) for note in backend.notes),
     ]
-
-
-def _check_libatomic() -> Check:
-    try:
-        if sys.platform == "linux":
-            ctypes.CDLL("libatomic.so.1")
-    except OSError:
-        return Check("libatomic.so.1", f"not found: {_REMEDY_ATOMIC}", False)
-    return Check("libatomic.so.1", "found" if sys.platform == "linux" else "not needed here", True)

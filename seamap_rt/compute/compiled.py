@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -33,24 +33,10 @@ def compiled(
         return njit(**options)(function)
 
 
-def compiled_fused(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`compiled`, its sums in the order in which they are written."""
-    return compiled(function, "fused")
-
-
-def compiled_strict(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`compiled`, its arithmetic as it is written."""
-    return compiled(function, "strict")
-
-
-def compiled_step(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`compiled`, as a part of the loop that calls it: a loop in steps is as fast as one in one piece."""
-    return compiled(function, inside=True)
-
-
-def compiled_step_fused(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`compiled_step`, its sums in the order in which they are written."""
-    return compiled(function, "fused", inside=True)
+compiled_fused = partial(compiled, arithmetic="fused")
+compiled_strict = partial(compiled, arithmetic="strict")
+compiled_step = partial(compiled, inside=True)  # a part of what calls it: a loop in steps is as fast as in one piece
+compiled_step_fused = partial(compiled, arithmetic="fused", inside=True)
 
 
 @cache

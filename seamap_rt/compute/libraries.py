@@ -212,7 +212,11 @@ def own_llvm(notes: list[str]) -> Iterator[Candidate]:
         folder = cache_folder()
         builds = [path for path in folder.glob(build_name(wheel or "*")) if path.is_file()]
         if builds:  # where no wheel is installed any more, the newest that one has left
-            yield Candidate("llvm", max(builds, key=_build_version), "cached build")
+            yield Candidate(
+                "llvm",
+                max(builds, key=lambda path: [int(part) for part in re.findall(r"\d+", path.name)]),
+                "cached build",
+            )
         yield Candidate("llvm", link_wheel(folder, wheel), f"built from {WHEEL}")
     except _CannotBuild as error:
         notes.append(str(error))
@@ -222,10 +226,6 @@ def own_llvm(notes: list[str]) -> Iterator[Candidate]:
 
 def build_name(wheel: str) -> str:
     return f"libLLVM-{wheel}-{platform.machine()}.so"
-
-
-def _build_version(build: Path) -> list[int]:
-    return [int(part) for part in re.findall(r"\d+", build.name)]
 
 
 def link_wheel(folder: Path, wheel: str | None) -> Path:

@@ -98,11 +98,12 @@ def _take(path: Path) -> int:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         try:
             _lock(handle, path)
-            if _is_still(path, handle):
-                words = json.dumps(asdict(Holder.this_process())).encode()
-                os.ftruncate(handle, 0)
-                os.pwrite(handle, words, 0)
-                return handle
+            with contextlib.suppress(FileNotFoundError):
+                if os.path.samestat(os.stat(path), os.fstat(handle)):
+                    words = json.dumps(asdict(Holder.this_process())).encode()
+                    os.ftruncate(handle, 0)
+                    os.pwrite(handle, words, 0)
+                    return handle
         except BaseException:
             os.close(handle)
             raise
@@ -131,14 +132,6 @@ def holder_of(path: Path) -> Holder | None:
         return holder if 0 < holder.pid < 2**31 else None
     except (OSError, ValueError, TypeError):
         return None
-
-
-def _is_still(path: Path, handle: int) -> bool:
-    """Whether the path names the open file."""
-    try:
-        return os.path.samestat(os.stat(path), os.fstat(handle))
-    except FileNotFoundError:
-        return False
 
 
 PREFIX = "seamap-rt-"

@@ -179,10 +179,9 @@ def _cgroups() -> Iterator[tuple[float, float]]:
 
 def peak_memory() -> int:
     """Most memory [bytes] that this process has held, since `forget_peak_memory` where the system supports it."""
-    with contextlib.suppress(OSError, StopIteration, ValueError):
-        # A process's own on Linux, where getrusage counts what its parent held when it was started.
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
+    # A process's own on Linux, where getrusage counts what its parent held when it was started.
+    if (peak := _kilobytes("/proc/self/status", "VmHWM:")) is not None:
+        return int(peak)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return int(peak if sys.platform == "darwin" else 1024 * peak)
 

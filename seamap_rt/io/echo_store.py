@@ -48,8 +48,11 @@ def check_chunks(
     for name, array in group.arrays():
         if only is not None and name not in only:
             continue
-        held = _files(path / name)
-        expected = _plain_bytes(array)
+        files = [Path(root, each) for root, _, names in os.walk(path / name) for each in names]
+        held = {each.relative_to(path / name).as_posix(): each.stat().st_size for each in files}
+        codecs = getattr(array.metadata, "codecs", ())
+        plain = len(codecs) == 1 and type(codecs[0]).__name__ == "BytesCodec"  # stored as it is in memory, not packed
+        expected = math.prod(array.chunks) * array.dtype.itemsize if plain else None
         for key in _keys(array, lengths):
             size = held.get(key)
             if size is None and (every or name not in may_lack):
@@ -66,15 +69,6 @@ def names_of(array: zarr.Array) -> tuple[str | None, ...]:
     return tuple(getattr(array.metadata, "dimension_names", None) or ())
 
 
-def _files(folder: Path) -> dict[str, int]:
-    """Bytes of each file below a folder, by its path from there."""
-    found = {}
-    for root, _, names in os.walk(folder):
-        below = Path(root)
-        found |= {(below / name).relative_to(folder).as_posix(): (below / name).stat().st_size for name in names}
-    return found
-
-
 def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
     """Names of the files of an array's chunks, or shards, one by one: a damaged shape may promise 10¹⁸ of them."""
     names = names_of(array) or [""] * array.ndim
@@ -85,18 +79,9 @@ def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
         yield array.metadata.encode_chunk_key(place)
 
 
-def _plain_bytes(array: zarr.Array) -> int | None:
-    """Bytes of a chunk that is stored as it is in memory; None where it is packed."""
-    codecs = getattr(array.metadata, "codecs", ())
-    plain = len(codecs) == 1 and type(codecs[0]).__name__ == "BytesCodec"
-    return math.prod(array.chunks) * array.dtype.itemsize if plain else None
-
-
 _PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
 DESCRIPTION = "zarr.json"
-_EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
-_COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
 
 class EchoStore:
@@ -153,7 +138,7 @@ class EchoStore:
     def _create(self, turn: xr.Dataset) -> None:
         if self.path.exists():
             shutil.rmtree(self.path)
-        first = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
+        first = {"complete_turns": 0, "coordinates": "time azimuth transmitter turn", PULSES: 0, EVERY_CHUNK: 1}
         group = zarr.open_group(self.path, mode="w", zarr_format=3, attributes=turn.attrs | first)
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"
@@ -163,7 +148,7 @@ class EchoStore:
                 shape=(0, *variable.shape[1:]) if rolling else variable.shape,
                 dtype=variable.dtype,
                 chunks=(rows, *variable.shape[1:]) if rolling else variable.shape,
-                config=_EVERY,
+                config={"write_empty_chunks": True},  # zeros too: a chunk that is not there is lost
                 compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
                 dimension_names=[str(d) for d in variable.dims],
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},

@@ -24,7 +24,7 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import closing
 from io import BufferedReader
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 from ..errors import InputError, LargerThanMachine
 from .text import decode_text
@@ -32,7 +32,6 @@ from .text import decode_text
 if TYPE_CHECKING:  # each takes a part of a second to load
     import h5py
     import xarray as xr
-    from numpy.lib.npyio import NpzFile
     from numpy.typing import NDArray
 
 PathLike = str | os.PathLike[str]
@@ -197,24 +196,18 @@ def read_npz(
 
     Raises InputError, and what NumPy and zipfile raise for damage.
     """
+    from numpy.lib import format as npy
     from numpy.lib.npyio import NpzFile
 
     with open_file(path, wanted, **rules) as opened, NpzFile(opened, allow_pickle=False) as file:
-        asked = [name for name in names if name in file.files]
-        need = sum(_declared(file, name) for name in asked)
+        asked, need, archive = [name for name in names if name in file.files], 0, cast(Any, file.zip)
+        for name in asked:
+            with archive.open(name if name in archive.namelist() else f"{name}.npy") as array:
+                read = npy.read_array_header_1_0 if npy.read_magic(array) == (1, 0) else npy.read_array_header_2_0
+                shape, _, kind = read(array)
+            need += math.prod(shape) * kind.itemsize
         check_declared_size(rules.get("named") or os.fspath(path), need, bytes_held(path))
         return list(file.files), {name: file[name] for name in asked}
-
-
-def _declared(file: NpzFile, name: str) -> int:
-    """Bytes of an array by its header."""
-    from numpy.lib import format as npy
-
-    archive: Any = file.zip
-    with archive.open(name if name in archive.namelist() else f"{name}.npy") as opened:
-        read = npy.read_array_header_1_0 if npy.read_magic(opened) == (1, 0) else npy.read_array_header_2_0
-        shape, _, kind = read(opened)
-    return math.prod(shape) * kind.itemsize
 
 
 def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:
@@ -300,16 +293,14 @@ def open_dataset(path: PathLike, wanted: str = "a NetCDF file", **options: Any) 
     """
     import xarray as xr
 
-    engine = _netcdf_engine(path, wanted, options)
-    return xr.open_dataset(path, engine=engine, **options)
+    return xr.open_dataset(path, engine=_netcdf_engine(path, wanted, options), **options)
 
 
 def open_tree(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> xr.DataTree:
     """As `open_dataset`, with all groups."""
     import xarray as xr
 
-    engine = _netcdf_engine(path, wanted, options)
-    return xr.open_datatree(path, engine=engine, **options)
+    return xr.open_datatree(path, engine=_netcdf_engine(path, wanted, options), **options)
 
 
 def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
@@ -333,43 +324,32 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
     with open_file(path, wanted, **rules) as file:
         start = file.read(8)
     if start[:3] == b"CDF":
-        _check_netcdf3(path, called)
+        from scipy.io import netcdf_file
+
+        with netcdf_file(os.fspath(path), mmap=True) as opened:
+            vectors = [each for each in opened.variables.values() if len(each.dimensions) < 2]
+            need = sum(math.prod(each.shape) * each.itemsize() for each in vectors)
+            del vectors
+        check_declared_size(called, need, bytes_held(path))
         return "scipy"
     import h5py
 
     if not h5py.is_hdf5(path):
         raise OSError("neither NetCDF-3 nor NetCDF-4")
-    with h5py.File(path, "r") as opened:
-        check_hdf5(opened, called, rows=True)
-        ragged = _ragged(opened)
-    if ragged:
-        options["drop_variables"] = [*options.get("drop_variables", ()), *ragged]
-    return "h5netcdf"
-
-
-def _ragged(file: h5py.File) -> list[str]:
-    """Arrays whose elements are arrays of any length, as images are kept: no sea's, and xarray cannot decode them where
-    cftime is installed."""
-    import h5py
-
-    found = list[str]()
+    # Of arrays whose elements are arrays of any length, as images are kept: no sea's, and xarray cannot decode them
+    # where cftime is installed.
+    ragged = list[str]()
 
     def look(name: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset) and h5py.check_vlen_dtype(node.dtype) not in (None, str, bytes):
-            found.append(name.rpartition("/")[2])
+            ragged.append(name.rpartition("/")[2])
 
-    file.visititems(look)
-    return found
-
-
-def _check_netcdf3(path: PathLike, called: str) -> None:
-    from scipy.io import netcdf_file
-
-    with netcdf_file(os.fspath(path), mmap=True) as file:
-        vectors = [each for each in file.variables.values() if len(each.dimensions) < 2]
-        need = sum(math.prod(each.shape) * each.itemsize() for each in vectors)
-        del vectors
-    check_declared_size(called, need, bytes_held(path))
+    with h5py.File(path, "r") as opened:
+        check_hdf5(opened, called, rows=True)
+        opened.visititems(look)
+    if ragged:
+        options["drop_variables"] = [*options.get("drop_variables", ()), *ragged]
+    return "h5netcdf"
 
 
 def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None) -> None:

@@ -14,7 +14,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from ..errors import one_line
 
@@ -93,27 +92,18 @@ def progress() -> Iterator[Callable[[str], None]]:
     from rich.console import Console
 
     console = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
-    if note := _progress_file():
+    if named := os.environ.get(VARIABLE):
+
+        def note(line: str) -> None:
+            with contextlib.suppress(OSError), open(named, "a", encoding="utf-8") as file:  # telling must not end a run
+                file.write(f"{time.time():.3f} {one_line(line)}\n")
+
         yield note
     elif console.is_terminal and console.file.isatty():  # whatever the environment wants coloured
         with console.status("starting") as status:
             yield status.update
     else:
         yield silent
-
-
-def _progress_file() -> Progress | None:
-    """What appends a line to the file that the environment names; None where it names none."""
-    named = os.environ.get(VARIABLE)
-    if not named:
-        return None
-    path = Path(named)
-
-    def note(line: str) -> None:
-        with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as file:  # telling must not end a run
-            file.write(f"{time.time():.3f} {one_line(line)}\n")
-
-    return note
 
 
 def filter_asyncio_log() -> None:

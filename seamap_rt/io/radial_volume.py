@@ -16,7 +16,6 @@ import json
 import os
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,6 +23,7 @@ import xarray as xr
 from ..dataset import SCHEMA, build
 from ..errors import InputError, SchemaError
 from .opening import check_file
+from .text import plain
 
 _EPOCH = "2000-01-01T00:00:00"  # of a simulation's time 0
 _SHIP = ("heading", "latitude", "longitude")
@@ -37,8 +37,8 @@ def write_radial_volume(path: str | os.PathLike[str], data: xr.Dataset) -> None:
     start = _start(data.attrs.get("start", _EPOCH))
     sweeps = {f"sweep_{n}": _sweep(data, images, int(turn), n, start) for n, turn in enumerate(turns)}
     times = [each["time"].values for each in sweeps.values()]
-    latitude, longitude = (_first(data, name) if images else np.nan for name in _SHIP[1:])
-    kept = {"kind": "polar_images" if images else "maps/polar", "attrs": {k: _plain(v) for k, v in data.attrs.items()}}
+    latitude, longitude = (float(data[name].values[0]) if images else np.nan for name in _SHIP[1:])
+    kept = {"kind": "polar_images" if images else "maps/polar", "attrs": plain(data.attrs)}
     root = xr.Dataset(
         {
             "volume_number": 0,
@@ -73,14 +73,17 @@ def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         with xr.open_datatree(os.fspath(path), engine="h5netcdf") as tree:
             tree.load()
-            sweeps = [tree[name].to_dataset() for name in sorted(tree.children, key=_number)]
+            sweeps = [
+                tree[name].to_dataset() for name in sorted(tree.children, key=lambda name: int(name.rpartition("_")[2]))
+            ]
             kept = json.loads(tree.attrs["comment"])[_MARK]
     except (OSError, KeyError, ValueError, TypeError) as error:
         raise InputError(
             f"{path}: is no CfRadial 2 file of seamap_rt ({error}); give one that was written here"
         ) from None
     start = np.datetime64(_start(kept["attrs"].get("start", _EPOCH)), "ns")
-    kind, attrs = kept["kind"], {name: _array(value) for name, value in kept["attrs"].items()}
+    kind = kept["kind"]
+    attrs = {name: np.array(value) if isinstance(value, list) else value for name, value in kept["attrs"].items()}
     turns = np.array([int(each["turn_number"]) for each in sweeps])
     seconds = [(each["time"].values - start) / np.timedelta64(1, "s") for each in sweeps]
     names = [name for name in SCHEMA[kind] if name in sweeps[0] and name not in ("time", "azimuth", "range", "turn")]
@@ -146,19 +149,3 @@ def _start(text: str) -> datetime:
     """Without a zone: UTC."""
     moment = datetime.fromisoformat(text)
     return moment if moment.tzinfo is None else moment.astimezone(UTC).replace(tzinfo=None)
-
-
-def _first(data: xr.Dataset, name: str) -> float:
-    return float(data[name].values[0])
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-
-
-def _array(value: Any) -> Any:
-    return np.array(value) if isinstance(value, list) else value
-
-
-def _number(name: str) -> int:
-    return int(name.rpartition("_")[2])

@@ -87,7 +87,7 @@ def read_recording(
     if read is None:
         raise InputError(f"{path}: must be a file of the kinds {', '.join(RECORDING_ENDINGS)}; save it as one of them")
     try:
-        arrays, held = read(path, names)
+        arrays, held = read(path, {name: names.get(name, name) for name in ARRAYS})
     except InputError:
         raise
     except Exception as error:  # NumPy, zip and HDF5 raise exceptions of many types where a file is damaged
@@ -106,38 +106,37 @@ def read_recording(
     return Recording(arrays, validated(str(path), held) if header is None else read_header(header))  # type: ignore[arg-type]
 
 
-def _npz(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    inside = _inside(names)
+def _npz(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     held, found = read_npz(path, {*inside.values(), "header"}, _WANTED)
-    _refuse_slips(path, held, names)
+    _refuse_slips(path, held, inside)
     arrays = {name: pairs_of(found[stored], stored) for name, stored in inside.items() if stored in found}
     return arrays, _header_text(found.get("header"), path)
 
 
-def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+def _hdf5(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     with open_file(path, _WANTED) as opened:
         if opened.read(3) == b"CDF":
-            return _netcdf3(path, names)
+            return _netcdf3(path, inside)
     with open_hdf5(path, _WANTED) as file:
-        _refuse_slips(path, list(file), names)
-        check_declared_arrays(file, (*_inside(names).values(), "header"), str(path))
-        arrays = {name: _array(file[inside], name, inside) for name, inside in _inside(names).items() if inside in file}
+        _refuse_slips(path, list(file), inside)
+        check_declared_arrays(file, (*inside.values(), "header"), str(path))
+        arrays = {name: _array(file[stored], name, stored) for name, stored in inside.items() if stored in file}
         held: Any = file.get("header", file.attrs.get("header"))
         if isinstance(held, h5py.Group):
             return arrays, {key: _of_kind(key, as_in_toml(value)) for key, value in held.attrs.items()}
         return arrays, _header_text(held.asstr()[()] if isinstance(held, h5py.Dataset) else held, path)
 
 
-def _netcdf3(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+def _netcdf3(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     with open_dataset(path, _WANTED, decode_cf=False) as file:
-        inside = {name: stored for name, stored in _inside(names).items() if stored in file.variables}
-        _refuse_slips(path, [str(name) for name in file.variables], names)
-        held = load(file[[*inside.values(), *({"header"} & set(map(str, file.variables)))]], str(path), path)
+        _refuse_slips(path, [str(name) for name in file.variables], inside)
+        held = load(
+            file[[stored for stored in (*inside.values(), "header") if stored in file.variables]], str(path), path
+        )
+        there = {name: held[stored] for name, stored in inside.items() if stored in held.variables}
         arrays = {
-            name: _in_its_unit(
-                decoded(held[stored].to_numpy(), held[stored].attrs, stored), held[stored].attrs, name, stored
-            )
-            for name, stored in inside.items()
+            name: _in_its_unit(decoded(each.to_numpy(), each.attrs, inside[name]), each.attrs, name, inside[name])
+            for name, each in there.items()
         }
         text = b"".join(held["header"].values.ravel()) if "header" in held.variables else file.attrs.get("header")
         return arrays, _header_text(text, path)
@@ -156,15 +155,18 @@ def _in_its_unit(values: NDArray, attributes: Mapping[str, Any], name: str, stor
     return values if unit is None or counts else in_unit(values, attributes, unit, stored)
 
 
-def _matlab(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    inside = _inside(names)
+def _matlab(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     held, found = read_matlab(path, {*inside.values(), "header"}, lambda node, name: _values(node, name, may_lack=True))
-    _refuse_slips(path, held, names)
+    _refuse_slips(path, held, inside)
     arrays = {name: _of_matlab(found[stored], name, stored) for name, stored in inside.items() if stored in found}
     header = found.get("header")
     if header is None or isinstance(header, str):
         return arrays, _header_text(header, path)
-    return arrays, {key: _of_kind(key, plain_value(value)) for key, value in header_object(header, str(path)).items()}
+    said = header_object(header, str(path)).items()
+    return arrays, {
+        key: _of_kind(key, plain_attribute(value.ravel(order="F")) if isinstance(value, np.ndarray) else value)
+        for key, value in said
+    }
 
 
 def _of_kind(key: str, value: Any) -> Any:
@@ -186,10 +188,6 @@ def _of_matlab(value: Any, name: str, stored: str) -> NDArray:
         raise InputError(f"{stored}: holds no numbers: must be an array of numbers; save it so")
     value = pairs_of(value, stored)
     return value.ravel() if name in _VECTORS and 1 in value.shape else value
-
-
-def _inside(names: Mapping[str, str]) -> dict[str, str]:
-    return {name: names.get(name, name) for name in ARRAYS}
 
 
 def _array(node: Any, name: str, inside: str) -> NDArray:
@@ -245,9 +243,9 @@ def _pieces(held: list[str], name: str) -> tuple[str, str]:
     raise InputError(f"{name}: holds {', '.join(held)}: must be complex, or hold real and imag; name them so")
 
 
-def _refuse_slips(path: Path, held: list[str], names: Mapping[str, str]) -> None:
+def _refuse_slips(path: Path, held: list[str], inside: Mapping[str, str]) -> None:
     """What is nearly named like an array would be left out without a message."""
-    meant = set(_inside(names).values())
+    meant = set(inside.values())
     for name in held:
         near = difflib.get_close_matches(name, [each for each in meant - set(held) if "/" not in each], 1, 0.8)
         if name not in meant and near:
@@ -324,10 +322,3 @@ def _hdf5_value(node: Any, name: str, read: Callable[[h5py.Dataset, str], NDArra
     if kind in (b"char", "char"):
         return "".join(chr(each) for each in values.T.ravel(order="C"))
     return values.T
-
-
-def plain_value(value: Any) -> Any:
-    """A field of a struct as a text, a number or a list of numbers."""
-    if isinstance(value, np.ndarray):
-        return value.flat[0].item() if value.size == 1 else [each.item() for each in value.ravel(order="F")]
-    return value

@@ -17,31 +17,15 @@ from ..errors import InputError
 from .opening import read_json
 
 # What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
-KINDS = {
-    "a run's": [
-        "echoes.zarr",
-        "maps.nc",
-        "truth.nc",
-        "gauges.nc",
-        "prediction.nc",
-        "report.html",
-        "evolution.gif",
-        "polar_images",
-    ],
-    "a trade's": ["trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png"],
-    "a shadowing study's": ["shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html"],
-    "a sea's": [
-        "sea.nc",
-        "recorded_sea.nc",
-        "statistics.txt",
-        "directional_spectrum.png",
-        "sea_surface.png",
-        "sea.gif",
-        "from_mast.png",
-    ],
-    "a link budget's": ["link.csv", "link.png"],
-    "a validation's": ["validation.html"],
+_KINDS = {
+    "a run's": "echoes.zarr maps.nc truth.nc gauges.nc prediction.nc report.html evolution.gif polar_images",
+    "a trade's": "trade.html trade.json trade.csv trade.nc trade.png",
+    "a shadowing study's": "shadowing.nc shadowing.csv shadowing.png shadowing_seen.png shadowing.html",
+    "a sea's": "sea.nc recorded_sea.nc statistics.txt directional_spectrum.png sea_surface.png sea.gif from_mast.png",
+    "a link budget's": "link.csv link.png",
+    "a validation's": "validation.html",
 }
+KINDS = {kind: names.split() for kind, names in _KINDS.items()}
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk, or what it takes of a file
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
 # What products are called until they are whole, and after they were removed.
@@ -74,9 +58,17 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
         raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
     clear_dead()
     with held_folder(folder, option):
-        _refuse_foreign(folder, products, option)
+        for kind, names in KINDS.items():  # also with overwrite: others would stay in part, among the new ones
+            foreign = sorted(name for name in names if (folder / name).exists())
+            if foreign and set(names).isdisjoint(products):
+                raise InputError(f"{option} = '{folder}': holds {kind} {foreign[0]}; choose another folder")
         if not overwrite:
-            _refuse_earlier(folder, products, option)
+            refuse_unfinished(folder, option, ", --overwrite removes it")
+            if earlier := [name for name in products if (folder / name).exists()]:
+                raise InputError(
+                    f"{option} = '{folder}': holds another run's {earlier[0]}; choose another folder, or give "
+                    "--overwrite"
+                )
         yield
 
 
@@ -141,24 +133,6 @@ def finished(folder: Path) -> None:
     (folder / _MARKER).unlink(missing_ok=True)
 
 
-def _refuse_foreign(folder: Path, products: tuple[str, ...], option: str) -> None:
-    """Also with --overwrite, which means results of the same kind: others would stay in part, among the new ones."""
-    for kind, names in KINDS.items():
-        if set(names).isdisjoint(products):
-            for name in sorted(names):
-                if (folder / name).exists():
-                    raise InputError(f"{option} = '{folder}': holds {kind} {name}; choose another folder")
-
-
-def _refuse_earlier(folder: Path, products: tuple[str, ...], option: str) -> None:
-    refuse_unfinished(folder, option, ", --overwrite removes it")
-    earlier = [name for name in products if (folder / name).exists()]
-    if earlier:
-        raise InputError(
-            f"{option} = '{folder}': holds another run's {earlier[0]}; choose another folder, or give --overwrite"
-        )
-
-
 def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     """Remove an earlier run's products, figures too, so that an interrupted run never stands beside an older report.
 
@@ -166,21 +140,17 @@ def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     """
     figures = [path.name for path in folder.glob("*.png")] if "report.html" in products else []
     names = {*products, *figures}
-    for name in names:
-        _remove(folder / name)
+    for path in (folder / name for name in names):
+        if path.is_dir():  # first out of its name: half of a store is none
+            removed = path.with_name(f".{path.name}.removed")
+            shutil.rmtree(removed, ignore_errors=True)
+            shutil.rmtree(path.rename(removed))
+        else:
+            path.unlink(missing_ok=True)
     remove_hidden(folder, names)
     left = unfinished(folder)
     if left is not None and not names.isdisjoint(left.files):
         finished(folder)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():  # first out of its name: half of a store is none
-        removed = path.with_name(f".{path.name}.removed")
-        shutil.rmtree(removed, ignore_errors=True)
-        shutil.rmtree(path.rename(removed))
-    else:
-        path.unlink(missing_ok=True)
 
 
 def remove_hidden(folder: Path, names: Container[str] | None = None) -> None:

@@ -37,18 +37,13 @@ def read_toml(path: str | os.PathLike[str], wanted: str = "a scene file") -> dic
         raise InputError(f"{path}: {_TOO_DEEP}") from None
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
         raise InputError(f"{path}: is not TOML: {error}; mend that line of {wanted.removeprefix('a ')}") from None
-    if _is_deep(tree):
-        raise InputError(f"{path}: {_TOO_DEEP}")
-    return tree
-
-
-def _is_deep(tree: dict[str, Any]) -> bool:
-    """Whether tables and lists lie deeper in each other than what copies and checks them could follow."""
     level: list[Any] = [tree]
-    for _ in range(_DEEPEST):
+    for _ in range(_DEEPEST):  # beyond it what copies and checks could not follow
         within = [part for each in level for part in (each.values() if isinstance(each, dict) else each)]
         level = [part for part in within if isinstance(part, dict | list)]
-    return bool(level)
+    if level:
+        raise InputError(f"{path}: {_TOO_DEEP}")
+    return tree
 
 
 def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:

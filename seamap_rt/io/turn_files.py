@@ -79,8 +79,12 @@ def join_turns(folder: Path, turns: int, path: Path, attributes: Mapping[str, An
             for each in further:
                 with np.load(each, allow_pickle=False) as arrays:
                     _lengthen(hdf5, arrays)
+        shorter = turns if turns < turns_in(begun) else None  # of a file that grows along one dimension
         with h5netcdf.File(made, "r+") as file:
-            _finish(file, turns if turns < turns_in(begun) else None)
+            for group in (file, *file.groups.values()):
+                for name, dimension in group.dimensions.items():
+                    if dimension.isunlimited():
+                        group.resize_dimension(name, shorter or dimension.size)  # as long as its arrays
             file.attrs.update(attributes or {})
         os.replace(made, path)
     finally:
@@ -111,14 +115,6 @@ def _lengthen(file: h5py.File, arrays: Mapping[str, np.ndarray[Any, Any]]) -> No
         start = array.shape[axis]
         array.resize(start + values.shape[axis], axis)
         array[(slice(None),) * axis + (slice(start, None),)] = values
-
-
-def _finish(file: h5netcdf.File, turns: int | None) -> None:
-    """Shorten a file that grows along one dimension; or bring dimensions to the length of their arrays."""
-    for group in (file, *file.groups.values()):
-        for name, dimension in group.dimensions.items():
-            if dimension.isunlimited():
-                group.resize_dimension(name, turns or dimension.size)
 
 
 Result = TypeVar("Result")

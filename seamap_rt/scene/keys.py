@@ -111,7 +111,8 @@ def _section(path: str, many: bool, meaning: str, section: Schema, schema: Schem
     inner = {name: key for name, key in keys.items() if sections_of(key, schema)}
     plain = {name: key for name, key in keys.items() if name not in inner}
     rows = tuple(_row(name, key, name in section.get("required", ())) for name, key in plain.items())
-    yield KeySection(path, many, meaning, _paragraphs(section), rows)
+    about = "\n\n".join(" ".join(block.split()) for block in section["description"].split("\n\n")) + "\n"
+    yield KeySection(path, many, meaning, about, rows)
     for name, key in inner.items():
         sections, listed = sections_of(key, schema), key.get("type") == "array"
         below = f"{path}.{name}" if path else name
@@ -180,10 +181,6 @@ def _bounds(kind: Schema, write: Callable[[Any], str]) -> str:
         return f"{write(kind['minimum'])} to {write(kind['maximum'])}"
     signs = (("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"))
     return ", ".join(f"{sign} {write(kind[name])}" for name, sign in signs if name in kind)
-
-
-def _paragraphs(section: Schema) -> str:
-    return "\n\n".join(" ".join(block.split()) for block in section["description"].split("\n\n")) + "\n"
 
 
 def sections_of(key: Schema, schema: Schema) -> list[Schema]:
@@ -270,13 +267,10 @@ def _section_lines(section: KeySection) -> Iterator[str]:
         yield section.about
     if section.rows:
         yield "| key | unit | default | limit | meaning |\n|---|---|---|---|---|"
-        yield from (_row_line(row) for row in section.rows)
+        for row in section.rows:
+            of = f" Of {', '.join(f'`{kind}`' for kind in row.kinds)}." if row.kinds else ""
+            yield f"| `{row.name}` | {row.unit} | {row.default} | {row.limit} | {row.meaning}{of} |"
         yield ""
-
-
-def _row_line(row: KeyRow) -> str:
-    of = f" Of {', '.join(f'`{kind}`' for kind in row.kinds)}." if row.kinds else ""
-    return f"| `{row.name}` | {row.unit} | {row.default} | {row.limit} | {row.meaning}{of} |"
 
 
 if __name__ == "__main__":

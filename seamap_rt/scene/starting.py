@@ -71,9 +71,11 @@ def _table(
     section: KeySection, table: BaseModel, given: Mapping[str, Any], by_name: Mapping[str, KeyRow]
 ) -> Iterator[str]:
     """The keys of a table: as they are, or behind a # where the default was not even written out."""
-    if section.tag:
-        yield from _tag(section, getattr(table, section.tag))
     kind = getattr(table, section.tag) if section.tag else ""
+    if section.tag:
+        others = ", ".join(each.name for each in section.kinds if each.name != kind)
+        (meaning,) = (each.meaning for each in section.kinds if each.name == kind)
+        yield from _commented(f"{section.tag} = {quoted(kind)}", f"{_plain(meaning)} Or {others}.")
     rows = {row.name: row for row in section.rows if not row.kinds or kind in row.kinds}
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
@@ -85,12 +87,6 @@ def _table(
             continue
         code = key_text(name) if value is None else f"{key_text(name)} = {_written(value)}"
         yield from _explained(code if stands else f"# {code}", row)
-
-
-def _tag(section: KeySection, chosen: str) -> Iterator[str]:
-    others = ", ".join(kind.name for kind in section.kinds if kind.name != chosen)
-    (meaning,) = (kind.meaning for kind in section.kinds if kind.name == chosen)
-    yield from _commented(f"{section.tag} = {quoted(chosen)}", f"{_plain(meaning)} Or {others}.")
 
 
 def _explained(code: str, row: KeyRow) -> Iterator[str]:

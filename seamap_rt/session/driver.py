@@ -70,7 +70,7 @@ class Sink(AbstractContextManager[Any], Protocol):
     `stage` names what it does in the run's timing. Left by an exception it keeps the turns that it has taken.
     """
 
-    stage: str
+    stage: str = "write"
 
     def turn(self, turn: FinishedTurn) -> None:
         """Take a turn, or raise and be as before it."""
@@ -79,6 +79,9 @@ class Sink(AbstractContextManager[Any], Protocol):
     def take_back(self) -> None:
         """Forget the turn taken last: another sink could not take it."""
         ...
+
+    def __exit__(self, *raised: Any) -> bool | None:
+        """What it has taken stays."""
 
 
 def iterate(

@@ -25,7 +25,7 @@ from ..io.text import InRows
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
-from .driver import FinishedTurn, deliver, iterate
+from .driver import FinishedTurn, Sink, deliver, iterate
 
 
 class _Appendable(AbstractContextManager[Any], Protocol):
@@ -36,7 +36,7 @@ class _Appendable(AbstractContextManager[Any], Protocol):
     def take_back(self) -> None: ...
 
 
-class FileSink:
+class FileSink(Sink):
     """Appends what `select` picks of each turn to a file, such as an EchoStore or an AppendableNetCDF."""
 
     def __init__(self, file: _Appendable, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
@@ -72,10 +72,8 @@ def gauge_sink(file: AppendableNetCDF, simulator: Simulator) -> FileSink:
 IMAGES = "polar_images"
 
 
-class ImageSink(AbstractContextManager):
+class ImageSink(Sink):
     """Writes what a marine radar shows of each turn, `polar_images/turn-0001.pol` and on."""
-
-    stage = "write"
 
     def __init__(self, folder: Path, simulator: Simulator) -> None:
         installation, scattering = simulator.installation, simulator.scene.scattering
@@ -97,9 +95,6 @@ class ImageSink(AbstractContextManager):
         assert self._last is not None
         self._last.unlink()
 
-    def __exit__(self, *_: object) -> None:
-        """Whole files stay."""
-
 
 def image_sinks(folder: Path, simulator: Simulator) -> list[ImageSink]:
     """The pictures of a radar that shows any."""
@@ -115,10 +110,8 @@ def concatenate_turns(turns: Sequence[xr.DataTree]) -> xr.DataTree:
     return xr.DataTree.from_dict(groups)
 
 
-class Memory(AbstractContextManager):
+class Memory(Sink):
     """Keeps the echoes and the truth of all turns in memory."""
-
-    stage = "write"
 
     def __init__(self) -> None:
         self._echoes: list[xr.Dataset] = []
@@ -143,9 +136,6 @@ class Memory(AbstractContextManager):
     def truth(self) -> xr.DataTree:
         """The truth of all turns: groups `polar` and `ground`."""
         return concatenate_turns(self._truth)
-
-    def __exit__(self, *_: object) -> None:
-        """They stay."""
 
 
 PRODUCTS = ("echoes.zarr", "truth.nc", IMAGES)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from typing import Any, Literal, Protocol, Self
+from typing import Literal, Protocol
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,7 @@ from ..prediction import Predictor, WaveField, advise, issue, predictor_of
 from ..prediction.vessel import Vessel
 from ..settings import PredictionSettings
 from ..wavefield.sea_state import SeaStateRecord, water_of
-from .driver import FinishedTurn
+from .driver import FinishedTurn, Sink
 from .retrieving import Turn
 
 Format = Literal["json", "signalk"]
@@ -152,7 +151,7 @@ class ForecastSource(Protocol):
     latest: tuple[WaveField, xr.Dataset] | None
 
 
-class StreamSink(AbstractContextManager):
+class StreamSink(Sink):
     """Sends each turn's message; a turn that a later sink cannot take has been sent all the same."""
 
     stage = "stream"
@@ -168,12 +167,6 @@ class StreamSink(AbstractContextManager):
 
     def take_back(self) -> None:
         """What was sent was sent."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        """Whoever opened the broadcast closes it."""
 
 
 class RetrievalStream:

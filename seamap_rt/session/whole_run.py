@@ -286,13 +286,14 @@ def _metrics(
 ) -> dict[str, Any]:
     """The content of metrics.json, but for `run_s`."""
     scene, timing, sigma = simulator.scene, _timing(figures), float(simulator.sea.resolved.elevation_std)
+    own, visible = {"polarization": scene.scattering.polarization}, simulator.visible  # to light and to radars
     return {
         "scene": scene.name,
         "seed": scene.seed,
         **error_figures(maps, truth),
         "measured": CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
-        "visible": _visible(simulator),
+        "visible": None if visible is None else own | visible.facts,
         "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
@@ -301,12 +302,6 @@ def _metrics(
         "peak_memory_bytes": peak_memory(),
         **run_facts(scene, simulator.sea, simulator.surface, timing),
     }
-
-
-def _visible(simulator: Simulator) -> dict[str, Any] | None:
-    """To light and to radars, of the first turn; polarization: the scene's own."""
-    own = {"polarization": simulator.scene.scattering.polarization}
-    return None if simulator.visible is None else own | simulator.visible.facts
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:

@@ -22,39 +22,30 @@ HeightBias = Annotated[float, Ge(-20.0), Le(20.0)]
 PositionNoise = Annotated[float, Ge(0.0), Le(20.0)]
 
 
-def _amplitude(motion: str) -> Meaning:
-    return Meaning("°", "an amplitude", text=f'Amplitude of {motion}; 0 unless motion = "sinusoidal".')
+_SAID = {  # of keys that are alike: the reason of their limits, and what they are
+    "amplitude": ("an amplitude", 'Amplitude of {}; 0 unless motion = "sinusoidal".'),
+    "period": ("a boat answers waves of 0.5 s and more", "Period of {}."),
+    "phase": ("a phase", "Phase of {} at time 0."),
+    "bias": ("a sensor that errs by more is broken", "Constant error of the measured {}."),
+    "noise": ("rms of one reading", "Random error of each reading of {}, rms."),
+    "accuracy": ("rms", "Constant error of {} as its maker states it, rms."),
+}
 
 
-def _period(motion: str) -> Meaning:
-    return Meaning("s", "a boat answers waves of 0.5 s and more", text=f"Period of {motion}.")
-
-
-def _phase(motion: str) -> Meaning:
-    return Meaning("°", "a phase", text=f"Phase of {motion} at time 0.")
-
-
-def _bias(reading: str, unit: str) -> Meaning:
-    return Meaning(unit, "a sensor that errs by more is broken", text=f"Constant error of the measured {reading}.")
-
-
-def _noise(reading: str, unit: str) -> Meaning:
-    return Meaning(unit, "rms of one reading", text=f"Random error of each reading of {reading}, rms.")
-
-
-def _accuracy(reading: str, unit: str) -> Meaning:
-    return Meaning(unit, "rms", text=f"Constant error of {reading} as its maker states it, rms.")
+def _said(what: str, of: str, unit: str) -> Meaning:
+    reason, text = _SAID[what]
+    return Meaning(unit, reason, text=text.format(of))
 
 
 class SensorErrors(Section):
     """What is known of the errors of motion sensors: sizes, of which error bars are made; none unless given."""
 
-    attitude_noise_deg: Annotated[Noise, _noise("roll and pitch", "°")] = 0.0
-    heading_noise_deg: Annotated[Noise, _noise("heading", "°")] = 0.0
-    position_noise_m: Annotated[PositionNoise, _noise("position", "m")] = 0.0
-    attitude_accuracy_deg: Annotated[Noise, _accuracy("roll and pitch", "°")] = 0.0
-    heading_accuracy_deg: Annotated[Noise, _accuracy("heading", "°")] = 0.0
-    height_accuracy_m: Annotated[PositionNoise, _accuracy("height", "m")] = 0.0
+    attitude_noise_deg: Annotated[Noise, _said("noise", "roll and pitch", "°")] = 0.0
+    heading_noise_deg: Annotated[Noise, _said("noise", "heading", "°")] = 0.0
+    position_noise_m: Annotated[PositionNoise, _said("noise", "position", "m")] = 0.0
+    attitude_accuracy_deg: Annotated[Noise, _said("accuracy", "roll and pitch", "°")] = 0.0
+    heading_accuracy_deg: Annotated[Noise, _said("accuracy", "heading", "°")] = 0.0
+    height_accuracy_m: Annotated[PositionNoise, _said("accuracy", "height", "m")] = 0.0
     rate_hz: Annotated[float, Ge(0.1), Meaning("Hz", "readings a second", infinite=True)] = math.inf
     """Readings a second; inf is one at every pulse."""
     latency_s: Annotated[float, Ge(0.0), Le(10.0), Meaning("s", "age of a reading")] = 0.0
@@ -74,10 +65,10 @@ class SensorSettings(SensorErrors):
     the biases: of these it knows what the accuracies state.
     """
 
-    roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0
-    pitch_bias_deg: Annotated[Bias, _bias("pitch", "°")] = 0.0
-    heading_bias_deg: Annotated[Bias, _bias("heading", "°")] = 0.0
-    height_bias_m: Annotated[HeightBias, _bias("height", "m")] = 0.0
+    roll_bias_deg: Annotated[Bias, _said("bias", "roll", "°")] = 0.0
+    pitch_bias_deg: Annotated[Bias, _said("bias", "pitch", "°")] = 0.0
+    heading_bias_deg: Annotated[Bias, _said("bias", "heading", "°")] = 0.0
+    height_bias_m: Annotated[HeightBias, _said("bias", "height", "m")] = 0.0
 
 
 class PlatformSettings(Section):
@@ -97,19 +88,19 @@ class PlatformSettings(Section):
     """Roll at rest, starboard down."""
     trim_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat founders")] = 0.0
     """Pitch at rest, bow up."""
-    roll_deg: Annotated[Angle, _amplitude("roll")] = 0.0
-    roll_period_s: Annotated[Period, _period("roll")] = 4.0
-    roll_phase_deg: Annotated[Phase, _phase("roll")] = 0.0
-    pitch_deg: Annotated[Angle, _amplitude("pitch")] = 0.0
-    pitch_period_s: Annotated[Period, _period("pitch")] = 5.0
-    pitch_phase_deg: Annotated[Phase, _phase("pitch")] = 0.0
-    yaw_deg: Annotated[Angle, _amplitude("yaw")] = 0.0
-    yaw_period_s: Annotated[Period, _period("yaw")] = 8.0
-    yaw_phase_deg: Annotated[Phase, _phase("yaw")] = 0.0
+    roll_deg: Annotated[Angle, _said("amplitude", "roll", "°")] = 0.0
+    roll_period_s: Annotated[Period, _said("period", "roll", "s")] = 4.0
+    roll_phase_deg: Annotated[Phase, _said("phase", "roll", "°")] = 0.0
+    pitch_deg: Annotated[Angle, _said("amplitude", "pitch", "°")] = 0.0
+    pitch_period_s: Annotated[Period, _said("period", "pitch", "s")] = 5.0
+    pitch_phase_deg: Annotated[Phase, _said("phase", "pitch", "°")] = 0.0
+    yaw_deg: Annotated[Angle, _said("amplitude", "yaw", "°")] = 0.0
+    yaw_period_s: Annotated[Period, _said("period", "yaw", "s")] = 8.0
+    yaw_phase_deg: Annotated[Phase, _said("phase", "yaw", "°")] = 0.0
     heave_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "an amplitude")] = 0.0
     """Amplitude of heave; 0 unless motion = "sinusoidal"."""
-    heave_period_s: Annotated[Period, _period("heave")] = 5.0
-    heave_phase_deg: Annotated[Phase, _phase("heave")] = 0.0
+    heave_period_s: Annotated[Period, _said("period", "heave", "s")] = 5.0
+    heave_phase_deg: Annotated[Phase, _said("phase", "heave", "°")] = 0.0
     file: Annotated[str | None, Meaning(left_out='no file; needed with motion = "file"')] = None
     """Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, `heave_m`, `x_m`,
     `y_m`; a relative one counts from the scene file's folder."""

@@ -48,9 +48,7 @@ class RetrievalSettings(Section):
     upper against upper to lower."""
     channel_gain_db: Annotated[float, Ge(-60.0), Le(60.0), Meaning("dB", "of the upper receiver over the lower")] = 0.0
     """Gain of the upper receiver over the lower, known and taken out."""
-    channel_phase_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "of the upper receiver over the lower")] = (
-        0.0
-    )
+    channel_phase_deg: Annotated[Direction, Meaning("°", "of the upper receiver over the lower")] = 0.0
     """Phase of the upper receiver over the lower, known and taken out."""
     map_time_s: Annotated[
         float | None,

@@ -260,7 +260,11 @@ class RadarSettings(Section):
         common, placed = _as_table(tree.get("antenna", {})), [_as_table(entry) for entry in tree["antennas"]]
         if common is None or any(entry is None for entry in placed):
             return tree
-        return {**tree, "antennas": [_like(common, entry) for entry in placed if entry is not None]}
+        merged = [common | entry for entry in placed if entry is not None]
+        for whole, entry in zip(merged, placed, strict=True):
+            if whole.get("pattern") != "file" and "file" not in (entry or {}):
+                whole.pop("file", None)  # another pattern than the common one needs no file
+        return {**tree, "antennas": merged}
 
 
 def _as_table(value: object) -> dict[str, object] | None:
@@ -268,11 +272,3 @@ def _as_table(value: object) -> dict[str, object] | None:
     if isinstance(value, AntennaSettings):
         return {key: each for key, each in value.model_dump(exclude_unset=True).items() if each is not None}
     return value if isinstance(value, dict) else None
-
-
-def _like(common: dict[str, object], entry: dict[str, object]) -> dict[str, object]:
-    """An antenna's keys, those that it leaves out taken from the common ones; another pattern needs no file."""
-    merged = {**common, **entry}
-    if merged.get("pattern") != "file" and "file" not in entry:
-        merged.pop("file", None)
-    return merged
