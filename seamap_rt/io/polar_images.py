@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..dataset import build
-from ..errors import InputError, must_be
+from ..errors import InputError, Refusal, must_be, say_of
 from .opening import read_unpacked
 from .results_folder import write_whole
 from .text import parse_number
@@ -86,7 +86,11 @@ def read_polar_images(
     for name, value in (("azimuth_offset_deg", azimuth_offset_deg), ("range_offset_m", range_offset_m)):
         if not abs(value) <= 1e4:
             raise InputError(f"{name} = {value:g}: must be −10000 to 10000; correct it")
-    files = [_read(Path(path)) for path in given]
+    files = []
+    for path in given:
+        content = read_unpacked(path, "a .pol", most=_MOST_BYTES)
+        with say_of(f"{Path(path)}: "):
+            files.append(_read(content))
     header = files[0][0]
     for path, (other, _) in zip(given, files, strict=True):
         for key in ("SFREQ", "SDRNG", "FIFO"):
@@ -184,26 +188,25 @@ def _dataset(header: Mapping[str, str], frames: list[_Frame], offset: float, ran
     )
 
 
-def _read(path: Path) -> tuple[dict[str, str], list[_Frame]]:
+def _read(content: bytes) -> tuple[dict[str, str], list[_Frame]]:
     """Header and frames of one file."""
-    content = read_unpacked(path, "a .pol", most=_MOST_BYTES)
     end = content.find(b"\nEOH", 0, _MOST_HEADER)
     begin = content.find(b"\n", end + 1) + 1
     if end < 0 or not begin:
-        raise InputError(f"{path}: has no line EOH, so it is no polar image or is cut short; give a whole .pol")
+        raise Refusal("has no line EOH, so it is no polar image or is cut short; give a whole .pol")
     lines = content[:end].decode("latin-1").splitlines()
-    header = _header(path, lines)
+    header = _header(lines)
     stamps = [match for line in lines if (match := _FRAME.match(line.strip()))]
     if not stamps:
-        raise InputError(f"{path}: has no line F0001 that says when and where the frame was taken; give a whole .pol")
+        raise Refusal("has no line F0001 that says when and where the frame was taken; give a whole .pol")
     frames = []
     for stamp in stamps:
-        words, begin = _words(path, content, begin, int(_number(header, "FIFO")))
-        frames.append(_frame(path, stamp, words))
+        words, begin = _words(content, begin, int(_number(header, "FIFO")))
+        frames.append(_frame(stamp, words))
     return header, frames
 
 
-def _header(path: Path, lines: list[str]) -> dict[str, str]:
+def _header(lines: list[str]) -> dict[str, str]:
     """key → what stands before the comment."""
     header = {}
     for line in lines:
@@ -213,8 +216,8 @@ def _header(path: Path, lines: list[str]) -> dict[str, str]:
     for key, (least, most, unit) in _NUMBERS.items():
         value = _number(header, key, np.nan)
         if not least <= value <= most:
-            raise InputError(
-                f"{path}: {key} = {header.get(key, 'missing')}: must be {least:g} to {most:g} {unit}; give a whole file"
+            raise Refusal(
+                f"{key} = {header.get(key, 'missing')}: must be {least:g} to {most:g} {unit}; give a whole file"
             )
     return header
 
@@ -227,40 +230,35 @@ def _number(header: Mapping[str, str], key: str, otherwise: float = 0.0) -> floa
     return value if np.isfinite(value) else otherwise
 
 
-def _words(path: Path, content: bytes, begin: int, samples: int) -> tuple[NDArray[np.uint16], int]:
+def _words(content: bytes, begin: int, samples: int) -> tuple[NDArray[np.uint16], int]:
     """The words of the frame that begins there (radial, sample), and where the next one begins."""
     digits = content[begin : begin + _LENGTH].strip()
     begin += _LENGTH
     size = int(digits) if digits.isdigit() else 0
     if not size or size % (2 * samples):
-        raise InputError(
-            f"{path}: a frame of '{digits.decode('ascii', 'replace')}' bytes: must be whole radials of {samples} "
-            "samples; give a whole file"
-        )
+        given = digits.decode("ascii", "replace")
+        raise Refusal(f"a frame of '{given}' bytes: must be whole radials of {samples} samples; give a whole file")
     if begin + size > len(content):
-        raise InputError(f"{path}: is cut short: a frame has {len(content) - begin} of {size} bytes; give a whole file")
+        raise Refusal(f"is cut short: a frame has {len(content) - begin} of {size} bytes; give a whole file")
     return np.frombuffer(content, "<u2", size // 2, begin).reshape(-1, samples), begin + size
 
 
-def _frame(path: Path, stamp: re.Match[str], words: NDArray[np.uint16]) -> _Frame:
+def _frame(stamp: re.Match[str], words: NDArray[np.uint16]) -> _Frame:
     try:
         time = stamp["time"] if "." in stamp["time"] else f"{stamp['time']}.0"
         start = datetime.strptime(f"{stamp['date']} {time[:15]}", "%m-%d-%Y %H:%M:%S.%f").replace(tzinfo=UTC)
         numbers = {name: float(stamp[name]) for name in ("period", "heading", "speed", "wind_speed", "wind_from")}
         place = {name: _place(stamp[name]) for name in ("latitude", "longitude")}
     except ValueError as error:
-        raise InputError(f"{path}: the frame's line cannot be read ({error}); give a whole file") from None
+        raise Refusal(f"the frame's line cannot be read ({error}); give a whole file") from None
     least, most, _ = _NUMBERS["RPT"]
-    if (
-        not least <= numbers["period"] <= most
-        or not abs(place["latitude"]) <= 90.0
-        or not abs(place["longitude"]) <= 180
-    ):
-        raise InputError(f"{path}: the frame's line says '{stamp[0]}': no turn or place is such; give a whole file")
+    on_earth = abs(place["latitude"]) <= 90.0 and abs(place["longitude"]) <= 180.0
+    if not (least <= numbers["period"] <= most and on_earth):
+        raise Refusal(f"the frame's line says '{stamp[0]}': no turn or place is such; give a whole file")
     period = numbers.pop("period")
     if not 0.0 <= numbers["heading"] <= 360.0:  # −9 where no compass is heard
         numbers["heading"] = np.nan
-    return _Frame(start, period, numbers | place, words & np.uint16(_VIDEO), _degrees(path, words))
+    return _Frame(start, period, numbers | place, words & np.uint16(_VIDEO), _degrees(words))
 
 
 def _place(text: str) -> float:
@@ -269,7 +267,7 @@ def _place(text: str) -> float:
     return (float(degrees) + float(minutes) / 60.0) * (-1.0 if side in "SW" else 1.0)
 
 
-def _degrees(path: Path, words: NDArray[np.uint16]) -> NDArray[np.float64]:
+def _degrees(words: NDArray[np.uint16]) -> NDArray[np.float64]:
     """(radial,) where the beam is, between the radials at which the counter steps evenly."""
     digits = (words[:, _COUNTER] >> _FLAGS).astype(np.int64)
     counter = digits @ np.array([256, 16, 1])
@@ -277,7 +275,7 @@ def _degrees(path: Path, words: NDArray[np.uint16]) -> NDArray[np.float64]:
     steps[steps < -180] += 360
     at = np.flatnonzero(steps)
     if at.size < 2 or (steps < 0).any() or steps.max() > _LARGEST_STEP:
-        raise InputError(f"{path}: the counter of degrees in samples 18 to 20 does not run; the file is damaged")
+        raise Refusal("the counter of degrees in samples 18 to 20 does not run; the file is damaged")
     whole = counter[0] + np.cumsum(steps)[at]
     radial, where = np.arange(counter.size), at + 0.5
     rate = (whole[-1] - whole[0]) / (where[-1] - where[0])
