@@ -82,7 +82,7 @@ def read_directional_spectrum(
     and for a site or time that it has not.
     """
     path = Path(path)
-    with say_of(f"{path}: "), without_complaints(), warnings.catch_warnings():
+    with say_of(f"{path}: "):
         result = _kind_of(path) if kind in ("auto", *KINDS) else None
         if result is None or kind not in ("auto", result):
             what = (
@@ -90,37 +90,43 @@ def read_directional_spectrum(
             )
             stated = f" but {result}" if result else ""
             raise Refusal(f"{what}{stated}; {_KINDS_IN_WORDS}")
-        # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
-        # package, what they will have to change one day, and files that it leaves open where they are damaged.
-        warnings.filterwarnings("ignore", message="Cannot import function")
-        warnings.filterwarnings("ignore", message=".*phony_dims", category=UserWarning)  # of HDF5 that is no NetCDF
-        for category in (DeprecationWarning, ResourceWarning, RuntimeWarning):  # the last of scales and fill values
-            warnings.simplefilter("ignore", category)
-        # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
-        warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
-        try:
-            with _opened(path, result) as spectra:
-                chosen = _chosen(spectra, path, time, site)
-                check_declared_size(str(path), chosen.nbytes, bytes_held(path))
-                spectrum = moments_as_declared(chosen) if isinstance(chosen, xr.Dataset) else chosen
-                if result in NETCDF:
-                    spectrum = as_declared(spectrum, result)
-                if "moment" in spectrum.dims:
-                    spectrum = from_moments(spectrum)
-                elif (least := float(spectrum.min())) < -_UNDERSHOOT * abs(float(spectrum.max())) and result != "swan":
-                    # A fill value that is not declared, as SWAN's -99 is, would be a calm where none was measured.
-                    raise Refusal(
-                        f"holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
-                        "_FillValue, or leave it out"
-                    )
-                return _table(spectrum)
-        except InputError:
-            raise
-        except Exception as error:  # the parsers raise exceptions of many types; other ones speak of the program
-            damage = f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
+        damage = ""
+        with without_complaints(), warnings.catch_warnings():
+            # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
+            # package, what they will have to change one day, and files that it leaves open where they are damaged.
+            warnings.filterwarnings("ignore", message="Cannot import function")
+            warnings.filterwarnings("ignore", message=".*phony_dims", category=UserWarning)  # of HDF5 that is no NetCDF
+            for category in (DeprecationWarning, ResourceWarning, RuntimeWarning):  # the last of scales and fill values
+                warnings.simplefilter("ignore", category)
+            # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
+            warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
+            try:
+                return _read(path, result, time, site)
+            except InputError:
+                raise
+            except Exception as error:  # the parsers raise exceptions of many types; other ones speak of the program
+                damage = f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
+        # After the files that the error holds open: closed outside of the above, they complain.
+        raise Refusal(f"is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
+
+
+def _read(path: Path, kind: str, time: str | None, site: int) -> DirectionalTable:
+    with _opened(path, kind) as spectra:
+        chosen = _chosen(spectra, path, time, site)
+        check_declared_size(str(path), chosen.nbytes, bytes_held(path))
+        spectrum = moments_as_declared(chosen) if isinstance(chosen, xr.Dataset) else chosen
+        if kind in NETCDF:
+            spectrum = as_declared(spectrum, kind)
+        if "moment" in spectrum.dims:
+            return _table(from_moments(spectrum))
+        least, most = float(spectrum.min()), float(spectrum.max())
+        if least < -_UNDERSHOOT * abs(most) and kind != "swan":  # whose exception value is -99
+            # A fill value that the file does not declare would be a calm where none was measured.
             raise Refusal(
-                f"is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}"
-            ) from None
+                f"holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
+                "_FillValue, or leave it out"
+            )
+        return _table(spectrum)
 
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
