@@ -47,16 +47,20 @@ def shadowing(
 ) -> int:
     """How much of a scene's sea a radar sees against range, look and height, beside the analytic curves."""
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])])
-    form = "write H,H,… or START:STOP:STEP in metres, as in 3,5,10"
-    given = [loaded.radar.height_m] if heights is None else number_list(heights, f"--heights {heights}", form)
+    heights_m = [loaded.radar.height_m] if heights is None else _metres(heights)
     from ..studies.shadowing import write_shadowing
 
     folder = out or Path("runs") / f"{loaded.name}-shadowing"
     with progress() as say:
-        lines = write_shadowing(loaded, folder, list(map(float, given)), seeds, overwrite, say, bin_m)
+        lines = write_shadowing(loaded, folder, heights_m, seeds, overwrite, say, bin_m)
     others = "shadowing.nc, shadowing.csv, shadowing.png, shadowing_seen.png, scene.toml"
     console.print(*lines, f"{folder / 'shadowing.html'} (with {others})", sep="\n")
     return 0
+
+
+def _metres(text: str) -> list[float]:
+    form = "write H,H,… or START:STOP:STEP in metres, as in 3,5,10"
+    return [float(each) for each in number_list(text, f"--heights {text}", form)]
 
 
 @command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1", need=A_MODEL)
