@@ -12,9 +12,9 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .comparison import Figure, RangeVerdict, chance_in_words, drawing_of, in_words
+from .folders import find_runs
 from .maps_panel import MapsPanel
 from .results import Results
-from .runs import find_runs
 from .source import Source
 from .widgets import Canvas, Images, choice, count_on, flat_button, grey_of, number, slider, tile
 
@@ -64,12 +64,9 @@ class CompareView:
             self._images = Images(columns=True)
         self._body.set_visibility(False)
 
-    def enter(self) -> None:
-        """MapPanels again."""
+    async def enter(self) -> None:
+        """Look for runs again, and draw those that are chosen."""
         self._shown = ()
-        ui.timer(0.01, self._enter, once=True)
-
-    async def _enter(self) -> None:
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
         if len(names) < 2:
@@ -100,7 +97,7 @@ class CompareView:
 
     def _swap(self) -> None:
         self.tab.run, self.tab.other = self.tab.other, self.tab.run
-        ui.timer(0.0, self._enter, once=True)
+        ui.timer(0.0, self.enter, once=True)
 
     def _source(self, name: str) -> Source:
         if name not in self._sources or self._sources[name].results.growing:

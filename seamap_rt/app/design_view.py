@@ -13,8 +13,8 @@ from ..io.scenefile import list_shipped, read_toml
 from ..report.headline import worth_in_words
 from . import drawing
 from .draft import MOST_TOML, Draft
+from .folders import safe_name
 from .form import Form
-from .safety import safe_name
 from .uploads import save_upload
 from .widgets import Canvas, Images, choice, flat_button, grey_of, number, round_button, tile
 
@@ -53,8 +53,8 @@ class DesignView:
         self.prospects = ProspectsView(page, self._answer, tiles, graphs)
         self._new_form()
 
-    def enter(self) -> None:
-        """MapPanels again."""
+    async def enter(self) -> None:
+        """Look ahead again."""
         self._changed("")
 
     def take_over(self) -> None:

@@ -18,7 +18,7 @@ from ..io.validation import without
 from ..report.keys import label_of, section_label, shown_unit, shown_value
 from ..scene import Scene, anchored, scene_of
 from ..scene.keys import limit_of, sections_of
-from .safety import Roots
+from .folders import Roots
 
 Schema = Mapping[str, Any]
 

@@ -13,9 +13,8 @@ from nicegui import ui
 
 from ..io.scenefile import list_shipped
 from . import drawing
+from .folders import Roots, kind_of
 from .jobs import Queue
-from .runs import kind_of
-from .safety import Roots
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -83,7 +82,7 @@ def load(module: str) -> None:
 
 PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
     "Design": ("design_view", "DesignView"),
-    "Runs": ("runs", "RunsView"),
+    "Runs": ("runs_view", "RunsView"),
     "See": ("see_view", "SeeView"),
     "Compare": ("compare_view", "CompareView"),
     "Trade": ("trade_view", "TradeView"),
@@ -170,7 +169,7 @@ class Page:
                 return
             with self._holders[name]:
                 self._made[name] = getattr(loaded, view)(self)
-        self._made[name].enter()
+        await self._made[name].enter()
 
     def go(self, place: str) -> None:
         """Show another place."""

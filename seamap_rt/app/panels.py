@@ -30,8 +30,8 @@ from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing, figures
 from .figures import Figure
+from .folders import address
 from .results import Results
-from .runs import address
 from .source import Section, Source
 from .widgets import Image, Images, choice, draw_images, number, slider, tile
 

@@ -16,12 +16,13 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .figures import MapPanels
+from .folders import MAPPED, find_runs, headline_of, kind_of, products_of
 from .forecast_view import ForecastPanel, IssuesPanel
 from .helm_view import HelmPanel
 from .maps_panel import MapsPanel
 from .panels import GaugePanel, PicturedPanel, RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
 from .results import Results
-from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
+from .runs_view import offer_products
 from .sea_view import SeaPanel
 from .source import MAP_VIEWS, Source
 from .state_panel import StatePanel
@@ -95,11 +96,8 @@ class SeeView:
 
     # ------------------------------------------------------------------------------------------------- the run
 
-    def enter(self) -> None:
-        """MapPanels again, perhaps with another run."""
-        ui.timer(0.01, self._enter, once=True)
-
-    async def _enter(self) -> None:
+    async def enter(self) -> None:
+        """Look for runs again, and open the one that is wanted."""
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] != "trade"]
         self._kinds = {entry.name: entry.kind for entry in entries}
@@ -354,11 +352,9 @@ class SeeView:
     # ------------------------------------------------------------------------------------------------- exporting
 
     def _fill_menu(self) -> None:
-        folder = self.page.server.roots.run(self.tab.run)
         self._menu.clear()
         with self._menu:
-            for name in products_of(folder):
-                ui.menu_item(name, on_click=partial(ui.navigate.to, address(self.tab.run, name), new_tab=True))
+            offer_products(self.page.server.roots.run(self.tab.run), self.tab.run)
             if self.source is not None:
                 ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
                 ui.menu_item("this turn's height maps (PNG)", on_click=self._png)

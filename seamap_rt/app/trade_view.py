@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import tomllib
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +20,14 @@ from ..io.scenefile import apply_overrides
 from ..report import style
 from ..report.keys import words_of
 from ..scene import Scene, scene_of
+from ..session.pace import duration
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .draft import Field, parts_of
+from .folders import Roots, find_runs, safe_name
 from .prospects import run_seconds
-from .runs import address, duration, find_runs, products_of
-from .safety import Roots, safe_name
+from .runs_view import offer_products
 from .widgets import choice, flat_button
 
 if TYPE_CHECKING:
@@ -228,13 +228,10 @@ class TradeView:
         values.props("dense outlined debounce=300").classes("w-56 max-w-full").mark(f"values-{number}")
         return key, values
 
-    def enter(self) -> None:
-        """MapPanels again."""
+    async def enter(self) -> None:
+        """Look for trades again."""
         self._count = -1
         self._counted()
-        ui.timer(0.01, self._enter, once=True)
-
-    async def _enter(self) -> None:
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind == "trade"]
         queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] == "trade"]
@@ -324,8 +321,7 @@ class TradeView:
         self._fill_points()
         self._menu.clear()
         with self._menu:
-            for product in products_of(folder):
-                ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
+            offer_products(folder, name)
 
     # ------------------------------------------------------------------------------------------------ one point
 

@@ -11,9 +11,8 @@ import xarray as xr
 from made_folders import maps_tree
 
 from seamap_rt import metrics
+from seamap_rt.app.folders import Roots, find_runs, kind_of, products_of
 from seamap_rt.app.results import Results
-from seamap_rt.app.runs import find_runs, kind_of, products_of
-from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
 from seamap_rt.app.source import MAP_VIEWS, Source
 from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
