@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from fastapi import FastAPI
-from fastapi.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from ..errors import InputError
 from ..io.opening import LONG, check_file, read_json
@@ -22,6 +21,8 @@ from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
 
 if TYPE_CHECKING:
+    from fastapi import FastAPI
+
     from .page import ServerState
 
 _NO_TEXT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")  # controls, and bytes that are no UTF-8

@@ -212,14 +212,13 @@ class ForecastPanel:
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        self._filling = False
         self._words = ui.label().classes("font-bold").mark("forecast-words")
         self._ahead = Images()
         with ui.column().classes("w-full min-w-0 gap-2") as self._past:
             ui.label("How past forecasts came out").classes("text-base font-bold")
             self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
             with ui.column().classes("w-full min-w-0 gap-2") as self._body:
-                self._lead = choice("Forecast so long before", "verified-lead", on_change=self._chosen)
+                self._lead = choice("Forecast so long before", "verified-lead", view.redraw)
                 self._errors = Images()
                 self._called = ui.label().classes("text-sm").mark("windows-words")
                 self._windows = Images()
@@ -285,13 +284,7 @@ class ForecastPanel:
         leads = came.verified.forecasts["lead"].values
         options = {i: f"{lead:g} s before" for i, lead in enumerate(leads) if float(lead).is_integer()}
         options = options or {i: f"{lead:g} s before" for i, lead in enumerate(leads)}
-        self._filling = True
         self._lead.set_options(options, value=min(options, key=lambda i: abs(leads[i] - _LEAD_S)))
-        self._filling = False
-
-    def _chosen(self) -> None:
-        if not self._filling:
-            self.view.redraw()
 
 
 def _words(ahead: Ahead) -> str:
@@ -358,8 +351,7 @@ class IssuesPanel:
         await self._show()
 
     def _step(self) -> None:
-        if self._issues:
-            self._view.draw_beside(self._show(), self._folder.name)
+        self._view.draw_study(self._show())
 
     async def _show(self) -> None:
         if self._issues:

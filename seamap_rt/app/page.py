@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import count
 from pathlib import Path
@@ -38,20 +38,13 @@ class Tab:
     place: str = "Design"  # of the page
 
 
-@dataclass
 class ServerState:
-    """The page's own state, one a server."""
+    """The page's own state, one a server. runs: a folder that is there."""
 
-    roots: Roots
-    queue: Queue
-    tabs: dict[str, Tab] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, runs: Path) -> ServerState:
-        """runs: a folder that is there."""
-        shipped = next(iter(list_shipped().values())).parent
-        roots = Roots(runs.resolve(), (shipped,))
-        return cls(roots, Queue(roots.runs))
+    def __init__(self, runs: Path) -> None:
+        self.roots = Roots(runs.resolve(), (next(iter(list_shipped().values())).parent,))
+        self.queue = Queue(self.roots.runs)
+        self._tabs: dict[str, Tab] = {}
 
     def awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
@@ -68,10 +61,10 @@ class ServerState:
         """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""
         from .draft import Draft
 
-        tab = self.tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
-        self.tabs[name] = tab  # the one used last is the last
-        while len(self.tabs) > _MOST_TABS:
-            self.tabs.pop(next(iter(self.tabs)))
+        tab = self._tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
+        self._tabs[name] = tab  # the one used last is the last
+        while len(self._tabs) > _MOST_TABS:
+            self._tabs.pop(next(iter(self._tabs)))
         return tab
 
 
@@ -127,12 +120,9 @@ class Page:
 
     def __init__(self, server: ServerState, tab: Tab, width: int, height: int, dark: bool) -> None:
         self.server, self.tab = server, tab
-        self.width, self.height, self.dark = width, height, dark  # of the window, pixels
+        self.width, self.height = width, height  # of the window, pixels
         self._holders: dict[str, ui.column] = {}
         self._made: dict[str, Any] = {}
-        self._build()
-
-    def _build(self) -> None:
         ui.add_css(_STYLE)
         ui.run_javascript(_SCRIPT)
         ui.colors(primary="#00588a", accent="#b34700", positive="#00664a", negative="#a8321a")
@@ -146,14 +136,18 @@ class Page:
             ui.button(icon="dark_mode", on_click=self._turn_dark).props(
                 'flat dense round color=white aria-label="Light or dark"'
             )
-        self.tabs.value = self.tab.place
-        self._dark = ui.dark_mode(self.dark)
-        with ui.tab_panels(self.tabs, value=self.tab.place, animated=False, keep_alive=True).classes("w-full"):
+        self.tabs.value = tab.place
+        self._dark = ui.dark_mode(dark)
+        with ui.tab_panels(self.tabs, value=tab.place, animated=False, keep_alive=True).classes("w-full"):
             for name in PLACES:
                 with ui.tab_panel(name).classes("p-2 sm:p-3"):
                     self._holders[name] = ui.column().classes("w-full")
         self.tabs.on_value_change(lambda e: self._went(e.value))
-        self._went(self.tab.place)
+        self._went(tab.place)
+
+    @property
+    def dark(self) -> bool:
+        return bool(self._dark.value)
 
     def _went(self, name: str) -> None:
         self.tab.place = name
@@ -195,8 +189,7 @@ class Page:
         self.go("See")
 
     def _turn_dark(self) -> None:
-        self.dark = not self.dark
-        self._dark.value = self.dark
+        self._dark.toggle()
         self._went(self.tab.place)
 
 

@@ -53,10 +53,11 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            turned = lambda e: view.set_azimuth(float(e.value or 0.0))  # noqa: E731
-            self.slider = slider("Azimuth of the look", "azimuth", turned, 0, 359, round(view.azimuth) % 360)
-        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full")
-        self.plot.mark("section")
+            self.slider = slider("Azimuth of the look", "azimuth", self._turned, 0, 359, round(view.azimuth) % 360)
+        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full").mark("section")
+
+    def _turned(self) -> None:
+        self.view.set_azimuth(float(self.slider.value or 0.0))
 
     async def show(self, source: Source, turn: int) -> None:
         made = await drawing.quick(section_of, source, self.view.azimuth, turn, self.view.page.dark)
@@ -126,22 +127,19 @@ class FiguresPanel:
     whether the page is dark. label: of the choice."""
 
     def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
-        self._view, self._draw, self._filling = view, draw, False
-        self._of: tuple[Any, ...] = ()
+        self._view, self._draw = view, draw
+        self._folder: Path | None = None
         self._said = ui.label().props("role=status").mark("view-words")
-        self._choice = choice(label, "view-choice", on_change=self._chosen)
+        self._choice = choice(label, "view-choice", self._chosen)
         self._choice.set_visibility(False)
         self._images = Images(columns=True)
         self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4")
 
     async def show(self, *of: Any) -> None:
         """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
-        self._of = of
         drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
         self._said.set_text(drawn.words)
-        self._filling = True
         self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
-        self._filling = False
         self._choice.set_visibility(bool(drawn.choices))
         self._images.show(drawn.images)
         self._tiles.clear()
@@ -150,15 +148,15 @@ class FiguresPanel:
                 with tile(words)[1]:
                     ui.label(figure).classes("font-bold figure-value")
 
-    show_folder = show
+    async def show_folder(self, folder: Path) -> None:
+        self._folder = folder
+        await self.show(folder)
 
     def _chosen(self) -> None:
-        if self._filling:
-            return
-        if len(self._of) == 1:
-            self._view.draw_beside(self.show(*self._of), self._of[0].name)
-        else:
+        if self._folder is None:
             self._view.redraw()
+        else:
+            self._view.draw_study(self.show(self._folder))
 
 
 def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:

@@ -78,7 +78,7 @@ def _server(runs: Path, gate: Gate) -> Any:
     from .folders import give_files
     from .page import ServerState, show
 
-    server = ServerState.of(runs)
+    server = ServerState(runs)
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     give_files(outer, server)
 

@@ -201,16 +201,15 @@ class TradeView:
             ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = choice("Trade", "trade-choice", on_change=self._again)
-            self._measure = choice("Measure", "trade-measure", MEASURES, value=next(iter(MEASURES)))
-            self._measure.on_value_change(self._again)
+            self._choice = choice("Trade", "trade-choice", self._again)
+            self._measure = choice("Measure", "trade-measure", self._again, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
-            self._point = choice("Point", "trade-point", width="wide", on_change=self._point_chosen)
+            self._point = choice("Point", "trade-point", self._point_chosen, width="wide")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
             flat_button("Use these values in Design", icon="edit", on_click=self._into_design, mark="trade-design")
@@ -289,9 +288,9 @@ class TradeView:
 
     # ---------------------------------------------------------------------------------------------- showing
 
-    def _again(self, _: Any) -> None:
+    async def _again(self) -> None:
         self._count = -1
-        ui.timer(0.0, self._look, once=True)
+        await self._look()
 
     async def _look(self) -> None:
         name = self._choice.value
@@ -348,6 +347,7 @@ class TradeView:
         ]
         if near:
             self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))
+            self._point_chosen()
 
     @property
     def _chosen_point(self) -> Point | None:

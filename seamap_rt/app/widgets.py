@@ -10,9 +10,10 @@ import math
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 
 from ..conventions import written
+from ..errors import InputError
 from ..report.page_elements import Image, Picture
 
 _COLUMNS = {  # of images: whether there are several, and whether they are small
@@ -23,16 +24,20 @@ _COLUMNS = {  # of images: whether there are several, and whether they are small
 _WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
 
 
-def choice(label: str, mark: str = "", options: Any = None, width: str = "usual", **more: Any) -> ui.select:
-    """A list to choose from. more: of `ui.select`."""
-    made = ui.select({} if options is None else options, label=label, **more).mark(mark)
+def choice(
+    label: str, mark: str, chosen: Callable[[], Any] | None = None, options: Any = (), width: str = "usual", **more: Any
+) -> ui.select:
+    """A list to choose from. chosen: called when a person has chosen. more: of `ui.select`."""
+    made = ui.select(options if options else {}, label=label, **more).mark(mark)
+    if chosen is not None:
+        made.on("update:model-value", chosen, [])
     return made.props("dense outlined options-dense").classes(_WIDTHS[width])
 
 
-def slider(words: str, mark: str, changed: Callable[..., Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
-    """Whole numbers; words: for who does not see it."""
-    made = ui.slider(min=least, max=most, value=at, step=1, on_change=changed).classes("grow min-w-0 mx-2").mark(mark)
-    made.props("label").props["aria-label"] = words
+def slider(words: str, mark: str, moved: Callable[[], Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
+    """Whole numbers; words: for who does not see it. moved: called when a person has moved it."""
+    made = ui.slider(min=least, max=most, value=at, step=1).classes("grow min-w-0 mx-2").mark(mark)
+    made.on("update:model-value", moved, []).props("label").props["aria-label"] = words
     return made
 
 
@@ -102,7 +107,7 @@ def _parts(name: str) -> tuple[ui.label, ui.element, ui.label]:
 
 
 def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
-    """For an `Canvas`: a label and the element that all drawings stand in."""
+    """For a `Canvas`: a label and the element that all drawings stand in."""
 
     def grey(words: str) -> None:
         line.set_text(words)
@@ -137,6 +142,22 @@ class Canvas:
     def ready(self) -> None:
         """Called by a drawing: what stands is the answer, though more follows."""
         self._grey("")
+
+    def ask(
+        self, words: str, drawing: Coroutine[Any, Any, None], refused: Callable[[Exception], None] | None = None
+    ) -> None:
+        """Draw as `show` does, without waiting for it. refused: is given why what is to be drawn cannot be read."""
+
+        async def answer() -> None:
+            try:
+                await self.show(words, drawing)
+            except (OSError, KeyError, IndexError, InputError) as error:
+                if refused is None:
+                    raise
+                refused(error)
+
+        self.drop(words)
+        background_tasks.create(answer(), name=words)
 
     async def show(self, words: str, drawing: Coroutine[Any, Any, None]) -> None:
         """Draw. drawing: shows what it has made itself; it is cancelled where it waits. Raises what it raises."""
