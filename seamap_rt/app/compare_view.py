@@ -17,12 +17,11 @@ from ..conventions import turn_name
 from ..metrics import BIN_M, HEADLINE_M, counts
 from . import drawing
 from .draft import flat
-from .figures import MapPanels, Panel, ground_raster
+from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
-from .panels import range_pictures
-from .results import Results
-from .source import Source, error_scale
+from .panels import by_range, range_pictures
+from .source import Results, Source, error_scale
 from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 
 if TYPE_CHECKING:
@@ -211,7 +210,7 @@ class Comparison(NamedTuple):
 
 def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Comparison:
     """What is shown of two. whole: with what is of all turns. OSError, IndexError where a run has no such turn."""
-    errors = {name: each.by_range(turn) for name, each in zip(names, (first, second), strict=True)}
+    errors = {name: by_range(each, turn) for name, each in zip(names, (first, second), strict=True)}
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),

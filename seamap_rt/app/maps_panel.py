@@ -10,8 +10,8 @@ import numpy as np
 from nicegui import events, ui
 from numpy.typing import NDArray
 
-from . import figures
-from .figures import MapPanels, Panel, Raster
+from . import drawing
+from .drawing import MapPanels, Panel, Raster
 
 if TYPE_CHECKING:
     from .page import Page
@@ -37,7 +37,7 @@ class MapsPanel:
         self._values: Sequence[Array] = ()
         self._pictures: Sequence[str] = ()
         self._drawn = False  # by the browser, which loads the graphs' code first
-        self.plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("maps")
+        self.plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
@@ -75,7 +75,7 @@ class MapsPanel:
         reach = 1.1 * float(np.quantile(np.hypot(raster.x[columns], raster.y[rows]), _SEEN)) + raster.step
         return max(west, -reach), min(east, reach), max(south, -reach), min(north, reach)
 
-    def _images(self) -> list[figures.Figure]:
+    def _images(self) -> list[drawing.Figure]:
         assert self._raster is not None
         west, east, south, north = self._raster.box
         return [
@@ -86,15 +86,15 @@ class MapsPanel:
             for i, source in enumerate(self._pictures)
         ]  # fmt: skip
 
-    def _shapes(self, line: Any) -> list[figures.Figure]:
+    def _shapes(self, line: Any) -> list[drawing.Figure]:
         if line is None:
             return []
         (x0, y0), (x1, y1) = line
-        look = {"color": figures.ink(self._dark), "width": 1, "dash": "dot"}
+        look = {"color": drawing.ink(self._dark), "width": 1, "dash": "dot"}
         ends = {"type": "line", "x0": x0, "y0": y0, "x1": x1, "y1": y1, "line": look}
         return [{**ends, "xref": _axis("x", i), "yref": _axis("y", i)} for i in range(len(self._panels))]
 
-    def _figure(self, line: Any) -> figures.Figure:
+    def _figure(self, line: Any) -> drawing.Figure:
         assert self._raster is not None
         count = len(self._panels)
         west, east, south, north = self._seen()
@@ -111,11 +111,11 @@ class MapsPanel:
         drawn = min(wide, high * (east - west) / (north - south))
         row_high = high + _TITLE
         whole = rows * row_high
-        look = figures.layout(
+        look = drawing.layout(
             self._dark, "", int(whole + 44), showlegend=False, hovermode="closest",
             margin={"l": 48, "r": 8, "t": 4, "b": 40},
         )  # fmt: skip
-        data: list[figures.Figure] = []
+        data: list[drawing.Figure] = []
         notes = []
         for i, panel in enumerate(self._panels):
             column, row = i % columns, i // columns
@@ -124,25 +124,25 @@ class MapsPanel:
             top = 1.0 - (row * row_high + _TITLE) / whole
             bottom = 1.0 - (row + 1) * row_high / whole
             linked = {} if i == 0 else {"matches": "x"}
-            look[_axis("xaxis", i)] = figures.axis(
+            look[_axis("xaxis", i)] = drawing.axis(
                 "East (m)" if row == rows - 1 else "", self._dark, domain=[left, right], anchor=_axis("y", i),
                 range=[west, east], constrain="domain", showgrid=False, zeroline=False, **linked,
             )  # fmt: skip
-            look[_axis("yaxis", i)] = figures.axis(
+            look[_axis("yaxis", i)] = drawing.axis(
                 "North (m)" if column == 0 else "", self._dark, domain=[max(bottom, 0.0), top], anchor=_axis("x", i),
                 range=[south, north], scaleanchor=_axis("x", i), constrain="domain", showgrid=False, zeroline=False,
                 **({} if i == 0 else {"matches": "y"}),
             )  # fmt: skip
             unit = f" ({panel.unit})" if panel.unit else ""
             notes.append({
-                "text": figures.text(panel.title + unit), "xref": "paper", "yref": "paper", "x": left, "y": top,
+                "text": drawing.text(panel.title + unit), "xref": "paper", "yref": "paper", "x": left, "y": top,
                 "xanchor": "left", "yanchor": "bottom", "showarrow": False, "font": {"size": 13},
             })  # fmt: skip
             data += self._traces(i, panel, right, max(bottom, 0.0), top)
         look.update(images=self._images(), annotations=notes, shapes=self._shapes(line), uirevision="maps")
-        return figures.figure(data, look, figures.CONFIG)
+        return drawing.figure(data, look, drawing.CONFIG)
 
-    def _traces(self, i: int, panel: Panel, right: float, bottom: float, top: float) -> list[figures.Figure]:
+    def _traces(self, i: int, panel: Panel, right: float, bottom: float, top: float) -> list[drawing.Figure]:
         """What the pointer meets (one cell a point, see-through), the bar of colours, and the antenna."""
         assert self._raster is not None
         raster, axes = self._raster, {"xaxis": _axis("x", i), "yaxis": _axis("y", i)}
@@ -157,7 +157,7 @@ class MapsPanel:
             "marker": {
                 "symbol": "triangle-up", "size": 9, "color": [panel.scale.low], "cmin": panel.scale.low,
                 "cmax": panel.scale.high, "colorscale": panel.scale.stops(), "showscale": True,
-                "line": {"width": 1, "color": figures.ink(self._dark)},
+                "line": {"width": 1, "color": drawing.ink(self._dark)},
                 "colorbar": {
                     "x": right + 0.005, "xanchor": "left", "y": 0.5 * (bottom + top), "len": top - bottom,
                     "thickness": 10, "tickfont": {"size": 10},

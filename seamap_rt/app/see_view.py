@@ -17,14 +17,12 @@ from ..errors import InputError
 from . import drawing
 from .folders import MAPPED, find_runs, headline_of, kind_of, products_of
 from .forecast_view import ForecastPanel, IssuesPanel
-from .helm_view import HelmPanel
 from .maps_panel import MapsPanel
-from .panels import GaugePanel, PicturedPanel, RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
-from .results import Results
+from .panels import RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
 from .runs_view import offer_products
-from .sea_view import SeaPanel
-from .source import MAP_VIEWS, Source
-from .state_panel import StatePanel
+from .sea_view import PicturedPanel, SeaPanel
+from .source import MAP_VIEWS, Results, Source
+from .waves_view import GaugePanel, HelmPanel, StatePanel
 from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from ..scene import Scene, scene_of
 from ..session.pace import duration
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
-from . import figures
+from . import drawing
 from .draft import Field, parts_of
 from .folders import Roots, find_runs, safe_name
 from .prospects import run_seconds
@@ -111,7 +111,7 @@ def count_of(vary: list[str], seeds: int) -> int:
     return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
 
 
-def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | None:
+def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | None:
     """The measure against the first key, a curve for each value of the others: means over seeds, and every seed.
 
     None where no point has it yet.
@@ -126,32 +126,32 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
     colours = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
-    data: list[figures.Figure] = []
+    data: list[drawing.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]
         places = sorted(values, key=lambda each: (isinstance(each, str), each))
         label = ", ".join(name) or "mean over seeds"
         mean = [float(np.mean(values[place])) for place in places]
         data.append({
-            "type": "scatter", "mode": "lines+markers", "x": places, "y": figures.plain(mean),
-            "name": figures.text(label), "line": {"color": colour}, "marker": {"size": 9},
+            "type": "scatter", "mode": "lines+markers", "x": places, "y": drawing.plain(mean),
+            "name": drawing.text(label), "line": {"color": colour}, "marker": {"size": 9},
         })  # fmt: skip
         data.append({
             "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
-            "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
+            "y": drawing.plain([each for place in places for each in values[place]]), "name": "one seed",
             "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
-    look = figures.layout(
+    look = drawing.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(words_of(first).label, dark),
-        yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
+        xaxis=drawing.axis(words_of(first).label, dark),
+        yaxis=drawing.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
-    return figures.figure(data, look, figures.CONFIG)
+    return drawing.figure(data, look, drawing.CONFIG)
 
 
 def place_of(value: Any) -> Any:
     """Where a value stands on a graph's axis: a number, or words."""
-    return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else drawing.text(str(value))
 
 
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
@@ -205,7 +205,7 @@ class TradeView:
             self._measure = choice("Measure", "trade-measure", self._again, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
-        self._plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("trade-graph")
+        self._plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:

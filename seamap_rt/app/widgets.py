@@ -37,7 +37,8 @@ def choice(
 def slider(words: str, mark: str, moved: Callable[[], Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
     """Whole numbers; words: for who does not see it. moved: called when a person has moved it."""
     made = ui.slider(min=least, max=most, value=at, step=1).classes("grow min-w-0 mx-2").mark(mark)
-    made.on("update:model-value", moved, []).props("label").props["aria-label"] = words
+    made.on("update:model-value", moved, [], throttle=0.05)  # as its value is
+    made.props("label").props["aria-label"] = words
     return made
 
 

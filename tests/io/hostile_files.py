@@ -21,7 +21,7 @@ import numpy as np
 from seamap_rt.app.folders import find_runs
 from seamap_rt.app.jobs import FOLDER, Queue, _lines
 from seamap_rt.app.panels import read_shadowing
-from seamap_rt.app.results import Results
+from seamap_rt.app.source import Results
 from seamap_rt.app.trade_view import read_points
 from seamap_rt.cli.retrieving import _opened_maps
 from seamap_rt.compute.locks import holder_of
