@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,12 +20,9 @@ from .draft import flat
 from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
+from .page import Canvas, Image, Images, Page, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
 from .panels import by_range, range_pictures
 from .source import Results, Source, error_scale
-from .widgets import Canvas, Image, Images, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
-
-if TYPE_CHECKING:
-    from .page import Page
 
 Array = NDArray[np.floating]
 _SLOTS, _SECTORS, _FEWEST = 24, 12, 4  # of azimuth

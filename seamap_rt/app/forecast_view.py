@@ -29,7 +29,7 @@ from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
-from .widgets import Image, Images, choice, count_on, draw_images, slider
+from .page import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView

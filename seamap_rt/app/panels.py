@@ -25,9 +25,9 @@ from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing
 from .drawing import Figure
+from .page import Image, Images, choice, draw_images, slider, tile
 from .prospects import Prospects, prospects
 from .source import Source
-from .widgets import Image, Images, choice, draw_images, slider, tile
 
 if TYPE_CHECKING:
     from .see_view import SeeView

@@ -6,7 +6,7 @@ import asyncio
 import time
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -14,11 +14,8 @@ from ..errors import InputError
 from ..session.pace import duration
 from .folders import RunEntry, address, find_runs, products_of, safe_name
 from .jobs import Job
+from .page import Page, choice, flat_button, round_button
 from .uploads import KINDS, MB, list_uploads, upload_button
-from .widgets import choice, flat_button, round_button
-
-if TYPE_CHECKING:
-    from .page import Page
 
 _LOOK_S = 0.4
 _STATES = {

@@ -28,8 +28,8 @@ from ..report import style
 from . import drawing
 from .folders import address
 from .maps_panel import PHONE
+from .page import flat_button, slider
 from .source import Source
-from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView

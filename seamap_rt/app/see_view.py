@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Coroutine
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import ui
@@ -18,15 +18,12 @@ from . import drawing
 from .folders import MAPPED, find_runs, headline_of, kind_of, products_of
 from .forecast_view import ForecastPanel, IssuesPanel
 from .maps_panel import MapsPanel
+from .page import Canvas, Page, choice, count_on, flat_button, grey_of, round_button, slider
 from .panels import RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
 from .runs_view import offer_products
 from .sea_view import PicturedPanel, SeaPanel
 from .source import MAP_VIEWS, Results, Source
 from .waves_view import GaugePanel, HelmPanel, StatePanel
-from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
-
-if TYPE_CHECKING:
-    from .page import Page
 
 VIEWS = {
     **MAP_VIEWS,

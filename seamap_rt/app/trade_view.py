@@ -9,7 +9,7 @@ import asyncio
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import events, ui
@@ -26,13 +26,9 @@ from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import drawing
 from .draft import Field, parts_of
 from .folders import Roots, find_runs, safe_name
+from .page import Page, choice, flat_button
 from .prospects import run_seconds
 from .runs_view import offer_products
-from .widgets import choice, flat_button
-
-if TYPE_CHECKING:
-    from .page import Page
-
 
 MEASURES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -57,21 +53,12 @@ class Point:
 def read_points(folder: Path) -> list[Point]:
     """What is there of a trade's points. Files that are not whole are left out."""
     found = []
-    for number, path in enumerate(sorted((folder / "points").glob("*.json"))):
-        if number >= _MOST_FILES:
-            break
+    for path in sorted((folder / "points").glob("*.json"))[:_MOST_FILES]:
         try:
             content = read_json(path, below=folder)
             metrics = {k: float(v) for k, v in (content.get("metrics") or {}).items() if isinstance(v, int | float)}
-            found.append(
-                Point(
-                    dict(content["keys"]),
-                    int(content["seed"]),
-                    str(content["status"]),
-                    str(content.get("reason", "")),
-                    metrics,
-                )
-            )
+            keys, seed, status = dict(content["keys"]), int(content["seed"]), str(content["status"])
+            found.append(Point(keys, seed, status, str(content.get("reason", "")), metrics))
         except (OSError, ValueError, TypeError, KeyError, AttributeError):
             continue
     return found
@@ -243,29 +230,31 @@ class TradeView:
 
     # ----------------------------------------------------------------------------------------------- asking
 
-    def _words(self) -> tuple[list[str], list[str], int]:
-        """What is varied, the command's words and how many points that is. InputError, ValueError where it is none."""
+    def _words(self) -> tuple[list[str], list[str], float]:
+        """What is varied, the command's words, and how long it is guessed to take [s], told with how many points that
+        is. Raises InputError, ValueError where it is none."""
+        scene, pace = self.tab.draft.scene, self.page.server.queue.pace("trade")
         vary = [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
         seeds = int(self._seeds.value or 0)
         words = command_words(vary, seeds, self._at_most.value)
         if not vary:
             raise InputError("Choose a key, and its values in the units of the scene file.")
-        return vary, words, count_of(vary, seeds)
+        points = count_of(vary, seeds)
+        guess_s = points * run_seconds(scene) / 2.0 if scene is not None else 0.0
+        if scene is None:
+            self._said.set_text(f"{points} points")
+        elif pace is None:
+            self._said.set_text(f"{points} points; guessed to take {duration(guess_s)} (no trade was run here)")
+        else:
+            self._said.set_text(f"{points} points, about {duration(guess_s * pace)}")
+        return vary, words, guess_s
 
-    def _counted(self, _: Any = None) -> None:
+    def _counted(self) -> None:
         """How many points that is, or why it is none."""
         try:
-            *_, count = self._words()
-            scene = self.tab.draft.scene
-            self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
+            self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
-
-    def _time(self, guess_s: float) -> str:
-        pace = self.page.server.queue.pace("trade")
-        if pace is None:
-            return f"; guessed to take {duration(guess_s)} (no trade was run here)"
-        return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
         scene, server = self.tab.draft.scene, self.page.server
@@ -273,15 +262,13 @@ class TradeView:
             self._said.set_text("The design does not stand yet: mend in Design what is marked.")
             return
         try:
-            vary, words, count = self._words()
+            vary, words, guess_s = self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
         folder = server.free_folder(f"{scene.name}-trade")
-        guess = count * run_seconds(scene) / 2.0
-        server.queue.add(
-            ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
-        )
+        words = ["trade", "{scene}", *words, "--out", "{out}"]
+        server.queue.add(", ".join(vary), folder, scene.to_toml(), words, guess_s)
         self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
         self._count = -1
         self._said.set_text(f"Queued as {folder}: its points appear below.")

@@ -33,10 +33,10 @@ from ..settings import PredictionSettings
 from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import drawing
 from .forecast_view import ForecastPanel, read_ahead
+from .page import Image, Images, draw_images, number
 from .panels import Content, FiguresPanel
 from .prospects import prospects
 from .source import Results, Source
-from .widgets import Image, Images, draw_images, number
 
 if TYPE_CHECKING:
     from .see_view import SeeView
