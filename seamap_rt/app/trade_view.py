@@ -26,6 +26,7 @@ from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import drawing
 from .draft import Field, parts_of
 from .folders import Roots, find_runs, safe_name
+from .maps_panel import point_of
 from .page import Page, choice, flat_button
 from .prospects import run_seconds
 from .runs_view import offer_products
@@ -321,12 +322,10 @@ class TradeView:
 
     def _clicked(self, event: events.GenericEventArguments) -> None:
         """A point of the graph becomes the chosen one: of several seeds the one that is nearest to what was clicked."""
-        try:
-            at = event.args["points"][0]
-            place, value = at["x"], float(at["y"])
-        except (KeyError, IndexError, TypeError, ValueError):
+        pointed = point_of(event)
+        if pointed is None:
             return
-        measure = str(self._measure.value)
+        (place, value), measure = pointed, str(self._measure.value)
         near = [
             i
             for i, each in enumerate(self._points)
