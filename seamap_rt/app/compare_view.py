@@ -20,7 +20,7 @@ from .draft import flat
 from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
-from .page import Canvas, Image, Images, Page, choice, count_on, draw_images, flat_button, grey_of, number, slider, tile
+from .page import Image, Images, Page, choice, count_on, draw_images, flat_button, make_stage, number, slider, tile
 from .panels import by_range, range_pictures
 from .source import Results, Source, error_scale
 
@@ -270,10 +270,8 @@ class CompareView:
             self._choices = [choice(label, f"compare-{label}", self._chosen) for label in "AB"]
             flat_button("Swap A and B", icon="swap_horiz", on_click=self._swap)
         self._said = ui.label().classes("text-sm").props("role=status")
-        drawn = ui.label().classes("text-sm waits").props("role=status")
-        self._body = ui.column().classes("w-full gap-2 min-w-0")
-        self._easel = Canvas(grey_of(drawn, self._body))
-        with self._body:
+        self._body, self._easel = make_stage()
+        with self._body.classes("gap-2"):
             self._verdict = ui.label().classes("font-bold").mark("compared")
             self._table = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("figures")
             self._ranges = ui.table(rows=[], columns=_COLUMNS, row_key="range").props("dense flat bordered")

@@ -16,7 +16,7 @@ from . import drawing
 from .draft import MOST_TOML, Draft
 from .folders import safe_name
 from .form import Form
-from .page import Canvas, Images, Page, choice, flat_button, grey_of, number, round_button, tile
+from .page import Images, Page, choice, flat_button, make_stage, number, round_button, tile
 from .uploads import save_upload
 
 if TYPE_CHECKING:
@@ -210,10 +210,9 @@ class ProspectsView:
         with tiles:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
         with graphs:
-            drawn = ui.label().classes("text-sm waits").props("role=status")
-            with ui.column().classes("w-full min-w-0 titled") as stage:
+            stage, self.easel = make_stage()
+            with stage.classes("titled"):
                 self.graphs = Images(small=True)
-            self.easel = Canvas(grey_of(drawn, stage))
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
     def refuse(self, words: str) -> None:

@@ -309,17 +309,6 @@ def _parts(name: str) -> tuple[ui.label, ui.element, ui.label]:
         return title, image, ui.label().classes("text-xs opacity-80 max-w-5xl")
 
 
-def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
-    """For a `Canvas`: a label and the element that all drawings stand in."""
-
-    def grey(words: str) -> None:
-        line.set_text(words)
-        for each in (line, stage):
-            each.classes(add="stale") if words else each.classes(remove="stale")
-
-    return grey
-
-
 class Canvas:
     """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
     says what is drawn; a question ends the one before it, whose answer is never shown.
@@ -374,3 +363,16 @@ class Canvas:
         finally:
             if task is self._task:
                 self._grey("")
+
+
+def make_stage() -> tuple[ui.column, Canvas]:
+    """A place for drawings, under the line that says what is drawn, and the canvas of it."""
+    line = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
+    stage = ui.column().classes("w-full min-w-0")
+
+    def grey(words: str) -> None:
+        line.set_text(words)
+        for each in (line, stage):
+            each.classes(add="stale") if words else each.classes(remove="stale")
+
+    return stage, Canvas(grey)

@@ -18,7 +18,7 @@ from . import drawing
 from .folders import MAPPED, find_runs, headline_of, kind_of, products_of
 from .forecast_view import ForecastPanel, IssuesPanel
 from .maps_panel import MapsPanel
-from .page import Canvas, Page, choice, count_on, flat_button, grey_of, round_button, slider
+from .page import Page, choice, count_on, flat_button, make_stage, round_button, slider
 from .panels import RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
 from .runs_view import offer_products
 from .sea_view import PicturedPanel, SeaPanel
@@ -71,13 +71,12 @@ class SeeView:
         self._views.value = self.tab.view
         self._views.classes("w-full").on_value_change(self._view_chosen)
         self._empty = ui.label().classes("text-sm p-4")
-        drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
-        with ui.column().classes("w-full min-w-0") as self._stage:
+        stage, self.easel = make_stage()
+        with stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
                 self.maps = MapsPanel(page, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
-        self.easel = Canvas(grey_of(drawn, self._stage))
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 

@@ -259,10 +259,9 @@ class TradeView:
 
     def _trade(self) -> None:
         scene, server = self.tab.draft.scene, self.page.server
-        if scene is None:
-            self._said.set_text("The design does not stand yet: mend in Design what is marked.")
-            return
         try:
+            if scene is None:
+                raise InputError("The design does not stand yet: mend in Design what is marked.")
             vary, words, guess_s = self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
@@ -305,20 +304,15 @@ class TradeView:
             self._plot.update_figure(made)
         text = await asyncio.to_thread(advice, folder)
         self._note.set_text(" ".join([text + "." if text else "", _words(points)]).strip())
-        self._fill_points()
+        done = {i: words_of_point(each) for i, each in enumerate(points) if each.status == "done"}
+        self._chosen_row.set_visibility(bool(done))  # to be chosen by the keyboard too
+        self._point.set_options(done, value=self._point.value if self._point.value in done else next(iter(done), None))
+        self._point_chosen()
         self._menu.clear()
         with self._menu:
             offer_products(folder, name)
 
     # ------------------------------------------------------------------------------------------------ one point
-
-    def _fill_points(self) -> None:
-        """The points that are done, to be chosen by the keyboard too."""
-        done = {i: words_of_point(each) for i, each in enumerate(self._points) if each.status == "done"}
-        self._chosen_row.set_visibility(bool(done))
-        value = self._point.value if self._point.value in done else next(iter(done), None)
-        self._point.set_options(done, value=value)
-        self._point_chosen()
 
     def _clicked(self, event: events.GenericEventArguments) -> None:
         """A point of the graph becomes the chosen one: of several seeds the one that is nearest to what was clicked."""
@@ -326,13 +320,13 @@ class TradeView:
         if pointed is None:
             return
         (place, value), measure = pointed, str(self._measure.value)
-        near = [
-            i
+        there = {
+            i: each.metrics.get(measure, float("inf"))
             for i, each in enumerate(self._points)
             if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
-        ]
-        if near:
-            self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))
+        }
+        if there:
+            self._point.value = min(there, key=lambda i: abs(there[i] - value))
             self._point_chosen()
 
     @property

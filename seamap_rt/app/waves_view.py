@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -253,29 +253,21 @@ def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Con
 GaugePanel = partial(FiguresPanel, draw=view_gauge, label="Wave gauge")
 
 
-class Helm(NamedTuple):
-    """What the helm shows: three lines of words, and the polar of advice."""
-
-    quiet: str
-    wave: str
-    verdict: str
-    polar: list[Image]
-
-
-def view_helm(source: Source, turn: int, dark: bool) -> Helm | None:
-    """After a turn by its place; None where no forecast is. In a process that draws."""
+def view_helm(source: Source, turn: int, dark: bool) -> tuple[str, str, str, list[Image]]:
+    """After a turn by its place: what to steer, when it is quiet, the highest crest, and the polar of advice; all empty
+    where no forecast is."""
     settings = source.scene.resolved_prediction if source.scene is not None else PredictionSettings()
     ahead = read_ahead(source.results.folder, source.results.turns()[turn], settings.quiet)
     if ahead is None:
-        return None
+        return "", "", "", []
     advice = advice_of(source, turn, settings)
     if advice is None:
-        return Helm(quiet_words(ahead), wave_words(ahead), "No sea is known from these maps.", [])
+        return "No sea is known from these maps.", quiet_words(ahead), wave_words(ahead), []
     verdict = str(advice.attrs["verdict"])
     verdict = verdict[:1].upper() + verdict[1:]
     if settings.vessel.shape == "none":
         verdict += " (no vessel is named: of a small raft)"
-    return Helm(quiet_words(ahead), wave_words(ahead), verdict, draw_images([advice_picture(advice)], dark))
+    return verdict, quiet_words(ahead), wave_words(ahead), draw_images([advice_picture(advice)], dark)
 
 
 def advice_of(source: Source, turn: int, settings: PredictionSettings) -> xr.Dataset | None:
@@ -355,18 +347,19 @@ class HelmPanel:
     def __init__(self, view: SeeView) -> None:
         self.view = view
         with ui.column().classes("w-full min-w-0 gap-1").props("role=status"):
-            self._verdict = ui.label().classes("text-2xl md:text-4xl font-bold leading-tight").mark("helm-verdict")
-            self._quiet = ui.label().classes(_MARK).mark("helm-quiet")
-            self._wave = ui.label().classes(_MARK).mark("helm-wave")
+            self._lines = [
+                ui.label().classes("text-2xl md:text-4xl font-bold leading-tight").mark("helm-verdict"),
+                ui.label().classes(_MARK).mark("helm-quiet"),
+                ui.label().classes(_MARK).mark("helm-wave"),
+            ]
         with ui.column().classes("w-full min-w-0 small-figures"):  # a phone shows all of it
             self._polar = Images()
         self._forecast = ForecastPanel(view)
 
     async def show(self, source: Source, turn: int) -> None:
         """After a turn by its place."""
-        shown = await drawing.slow(view_helm, source, turn, self.view.page.dark)
-        self._verdict.set_text(shown.verdict if shown is not None else "")
-        self._quiet.set_text(shown.quiet if shown is not None else "")
-        self._wave.set_text(shown.wave if shown is not None else "")
-        self._polar.show(shown.polar if shown is not None else [])
+        *lines, polar = await drawing.slow(view_helm, source, turn, self.view.page.dark)
+        for label, words in zip(self._lines, lines, strict=True):
+            label.set_text(words)
+        self._polar.show(polar)
         await self._forecast.show(source, turn)
