@@ -48,7 +48,8 @@ class DesignView:
             tiles = ui.column().classes("w-full min-w-0 lg:col-start-2")
             with ui.column().classes("w-full gap-1 lg:col-start-1 lg:row-start-1 lg:row-span-2"):
                 self._form_place = ui.column().classes("w-full gap-1")
-                self._scene_file()
+                self._file = ui.expansion("Scene file and command line", on_value_change=self._tell_file)
+                self._file.classes("w-full section").props("dense").mark("file")
             graphs = ui.column().classes("w-full min-w-0 lg:col-start-2")
         self.prospects = ProspectsView(page, self._answer, tiles, graphs)
         self._new_form()
@@ -134,10 +135,6 @@ class DesignView:
         await self.page.prepare()
 
     # ------------------------------------------------------------------------------------------------- as a file
-
-    def _scene_file(self) -> None:
-        self._file = ui.expansion("Scene file and command line", on_value_change=self._tell_file)
-        self._file.classes("w-full section").props("dense").mark("file")
 
     def _make_file(self) -> None:
         ui.label("The same run on a command line:").classes("text-sm")

@@ -136,34 +136,27 @@ class Page:
         ui.colors(primary="#00588a", accent="#b34700", positive="#00664a", negative="#a8321a")
         with ui.header().classes("items-center py-0 px-3 gap-2 no-wrap").props("elevated"):
             ui.label("seamap_rt").classes("text-base font-bold gt-xs").props("role=heading aria-level=1")
-            self.tabs: Any = ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows")
-            self.tabs.classes("grow min-w-0").props('align="left"')
-            with self.tabs:
+            self._tabs: Any = ui.tabs(value=tab.place, on_change=self.enter).classes("grow min-w-0")
+            self._tabs.props('dense no-caps inline-label outside-arrows mobile-arrows align="left"')
+            with self._tabs:
                 for name in PLACES:
                     ui.tab(name).mark(f"place-{name}")
             ui.button(icon="dark_mode", on_click=self._turn_dark).props(
                 'flat dense round color=white aria-label="Light or dark"'
             )
-        self.tabs.value = tab.place
         self._dark = ui.dark_mode(dark)
-        with ui.tab_panels(self.tabs, value=tab.place, animated=False, keep_alive=True).classes("w-full"):
+        with ui.tab_panels(self._tabs, value=tab.place, animated=False, keep_alive=True).classes("w-full"):
             for name in PLACES:
                 with ui.tab_panel(name).classes("p-2 sm:p-3"):
                     self._holders[name] = ui.column().classes("w-full")
-        self.tabs.on_value_change(lambda e: self._went(e.value))
-        self._went(tab.place)
 
     @property
     def dark(self) -> bool:
         return bool(self._dark.value)
 
-    def _went(self, name: str) -> None:
-        self.tab.place = name
-        ui.timer(0.0, self._enter, once=True)
-
-    async def _enter(self) -> None:
-        """The view of the place that is shown is made when it is first gone to."""
-        name = self.tab.place
+    async def enter(self) -> None:
+        """Show the place that is chosen; its view is made when it is first gone to."""
+        name = self.tab.place = str(self._tabs.value)
         if name not in self._made:
             module, view = PLACES[name]
             loaded = await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
@@ -175,10 +168,10 @@ class Page:
 
     def go(self, place: str) -> None:
         """Show another place."""
-        if self.tabs.value == place:
-            self._went(place)
+        if self._tabs.value == place:
+            background_tasks.create(self.enter(), context=self._holders[place])
         else:
-            self.tabs.value = place
+            self._tabs.value = place
 
     async def prepare(self) -> None:
         """Load the other places' views while the first one is read."""
@@ -196,9 +189,9 @@ class Page:
         self.tab.run, self.tab.turn = run, -1
         self.go("See")
 
-    def _turn_dark(self) -> None:
+    async def _turn_dark(self) -> None:
         self._dark.toggle()
-        self._went(self.tab.place)
+        await self.enter()
 
 
 async def show(server: ServerState) -> None:
@@ -213,7 +206,7 @@ async def show(server: ServerState) -> None:
         "[window.innerWidth, window.innerHeight, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
     )
     waiting.delete()
-    Page(server, server.tab(client.tab_id or client.id), int(width), int(height), bool(dark))
+    await Page(server, server.tab(client.tab_id or client.id), int(width), int(height), bool(dark)).enter()
 
 
 # ----------------------------------------------------------------------------------- what places are made of

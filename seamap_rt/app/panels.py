@@ -332,15 +332,14 @@ def in_words(data: xr.Dataset, look: str) -> str:
     parts = []
     for height in data["height"].values:
         mast = data.sel(height=height, look=look)
-        half, smith = float(mast["look_r50"]), float(mast["look_r50_smith"]) if "look_r50_smith" in mast else np.nan
+        half, beside = float(mast["look_r50"]), {}
         where = f"beyond {half:.0f} m" if np.isfinite(half) else f"nowhere up to {float(data['range'][-1]):.0f} m"
-        beside = [("Smith", smith)]
         if "look_radar_r50" in mast:
             radar = mast["look_radar_r50"].sel(level=SEEN_DB)
-            beside = [
-                (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
-            ] + beside
-        known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
+            beside = dict(zip(radar["polarization"].values, radar.values, strict=True))
+        if "look_r50_smith" in mast:
+            beside["Smith"] = float(mast["look_r50_smith"])
+        known = ", ".join(f"{name} {to:.0f} m" for name, to in beside.items() if np.isfinite(to))
         parts.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
     return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(parts)}.{level}"

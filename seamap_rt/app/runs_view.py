@@ -36,9 +36,8 @@ class RunsView:
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
         self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
-        self._recordings: RecordingsPanel | None = None
-        self._recorded = ui.expansion("Recorded echoes", on_value_change=self._opened)
-        self._recorded.classes("w-full section").props("dense").mark("recordings")
+        with ui.expansion("Recorded echoes").classes("w-full section").props("dense").mark("recordings"):
+            self._recordings = RecordingsPanel(page)
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.server.roots.runs}").classes("text-xs opacity-80 break-all")
@@ -46,20 +45,13 @@ class RunsView:
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
-    def _opened(self, event: Any) -> None:
-        """What takes recordings, made when it is first wanted."""
-        if event.value and self._recordings is not None:
-            self._recordings.fill()
-        elif event.value:
-            with self._recorded:
-                self._recordings = RecordingsPanel(self.page)
-
     async def enter(self) -> None:
         """Look at the queue and the folders again."""
-        self._look()
+        self._recordings.fill()
+        await self._look()
         await self._find()
 
-    def _look(self) -> None:
+    async def _look(self) -> None:
         """The jobs as they are now; the rows are made anew only where their states have changed."""
         jobs = self.queue.jobs()
         states = tuple((job.name, job.state) for job in jobs)
@@ -72,9 +64,9 @@ class RunsView:
                 if not jobs:
                     ui.label("Nothing waits. Choose a scene in Design and press Run.").classes("text-sm opacity-80")
             if ended:
-                ui.timer(0.01, self._find, once=True)
+                await self._find()
         for job in jobs:
-            if not job.over:
+            if job.name in self._rows and not job.over:
                 self._rows[job.name].update(job)
 
     async def _find(self) -> None:
@@ -191,7 +183,6 @@ class RecordingsPanel:
                 give = lambda: ui.download.content(header_to_fill_in(), "header.toml")  # noqa: E731
                 flat_button("Download a header to fill in", icon="download", on_click=give)
             self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
-        self.fill()
 
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""
