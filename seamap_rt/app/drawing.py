@@ -256,23 +256,19 @@ def _palette(name: str) -> bytes:
 class Raster:
     """Where the cells of a map lie on a grid of square picture points.
 
-    x, y: centres of the points [m], rising. look, gate: of the polar cell at each point (row, column); None of a ground
-    map, whose own cells the points are (`rows`, `columns` of it). area: what the radar looks at.
+    x, y: centres of the points [m], rising. area: what the radar looks at. at: of the map's cells those at the points:
+    slices of a ground map, whose own cells the points are; of a polar map the look and the gate of each point.
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     area: NDArray[np.bool_]
-    rows: slice
-    columns: slice
-    look: NDArray[np.intp] | None = None
-    gate: NDArray[np.intp] | None = None
+    at: tuple[Any, Any]
 
     def of(self, values: Array) -> Array:
         """A field of the map on the raster."""
-        if self.look is None or self.gate is None:
-            return values[self.rows, self.columns]
-        return np.where(self.area, values[self.look, self.gate], np.nan)
+        found = values[self.at]
+        return found if isinstance(self.at[0], slice) else np.where(self.area, found, np.nan)
 
     @property
     def step(self) -> float:
@@ -292,7 +288,7 @@ def ground_raster(x: Array, y: Array, seen: NDArray[np.bool_]) -> Raster:
         rows, columns = np.arange(y.size), np.arange(x.size)
     down = slice(max(0, int(rows[0]) - 1), int(rows[-1]) + 2)
     along = slice(max(0, int(columns[0]) - 1), int(columns[-1]) + 2)
-    return Raster(x[along].astype(np.float64), y[down].astype(np.float64), seen[down, along], down, along)
+    return Raster(x[along].astype(np.float64), y[down].astype(np.float64), seen[down, along], (down, along))
 
 
 def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
@@ -314,7 +310,7 @@ def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
     edges = reduce.edges(ground)
     gate = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, ground.size - 1)
     area = (sweep <= borders[-1] - borders[0]) & (distance >= min(near, edges[0])) & (distance <= edges[-1])
-    return Raster(x, y, area, slice(None), slice(None), order[place], gate)
+    return Raster(x, y, area, (order[place], gate))
 
 
 @dataclass(frozen=True)
