@@ -342,10 +342,10 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
         done, of = int(points[1]), int(points[2])
         left = (now - job.started) / done * (of - done) if done else None
         return Progress(line, done / max(of, 1), done, of, left)
-    if told := _LEFT.search(line):
-        line = line[: told.start()]
-        if told[1]:
-            return Progress(line, share, whole, of, float(told[1]) * _SECONDS[told[2]])
+    if time_left := _LEFT.search(line):
+        line = line[: time_left.start()]
+        if time_left[1]:
+            return Progress(line, share, whole, of, float(time_left[1]) * _SECONDS[time_left[2]])
     if not starts:
         return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing

@@ -84,8 +84,8 @@ def describe(shown: MapPanels, east: float, north: float) -> str:
     words = [f"{distance:.0f} m at {bearing:.0f}°"]
     for panel, values in zip(shown.panels, shown.values, strict=True):
         value, sign = float(values[row, column]), "+" if panel.scale.low < 0.0 else ""
-        told = f"{value:{sign}.{panel.digits}f} {panel.unit}".strip() if np.isfinite(value) else "not known"
-        words.append(f"{panel.title.lower()} {told}")
+        value_words = f"{value:{sign}.{panel.digits}f} {panel.unit}".strip() if np.isfinite(value) else "not known"
+        words.append(f"{panel.title.lower()} {value_words}")
     return " · ".join(words)
 
 

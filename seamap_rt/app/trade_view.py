@@ -232,8 +232,8 @@ class TradeView:
     # ----------------------------------------------------------------------------------------------- asking
 
     def _words(self) -> tuple[list[str], list[str], float]:
-        """What is varied, the command's words, and how long it is guessed to take [s], told with how many points that
-        is. Raises InputError, ValueError where it is none."""
+        """What is varied, the command's words, and how long it is guessed to take [s]; says that, and how many points
+        it is. Raises InputError, ValueError where it is none."""
         scene, pace = self.tab.draft.scene, self.page.server.queue.pace("trade")
         vary = [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
         seeds = int(self._seeds.value or 0)
