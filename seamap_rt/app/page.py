@@ -136,7 +136,8 @@ class Page:
         ui.colors(primary="#00588a", accent="#b34700", positive="#00664a", negative="#a8321a")
         with ui.header().classes("items-center py-0 px-3 gap-2 no-wrap").props("elevated"):
             ui.label("seamap_rt").classes("text-base font-bold gt-xs").props("role=heading aria-level=1")
-            self._tabs: Any = ui.tabs(value=tab.place, on_change=self.enter).classes("grow min-w-0")
+            place: Any = tab.place  # which is given by its name
+            self._tabs = ui.tabs(value=place, on_change=self.enter).classes("grow min-w-0")
             self._tabs.props('dense no-caps inline-label outside-arrows mobile-arrows align="left"')
             with self._tabs:
                 for name in PLACES:

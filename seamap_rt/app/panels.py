@@ -224,7 +224,7 @@ def by_range(source: Source, index: int) -> curves.ByRange:
     edges = np.arange(0.0, source.ground_m[-1] + _BIN_M, _BIN_M)
     place = np.searchsorted(edges, source.ground_m, side="right") - 1
 
-    def binned(values: Array, of: Callable[[Array], Any] = np.nanmean) -> NDArray[np.float64]:
+    def binned(values: NDArray[Any], of: Callable[[Array], Any] = np.nanmean) -> Array:
         held = [values[:, place == bin_] for bin_ in range(edges.size - 1)]
         return np.array([of(each) if np.isfinite(each).sum() >= _FEWEST else np.nan for each in held])
 

@@ -156,7 +156,7 @@ def list_uploads(roots: Roots, kind: str) -> list[Path]:
 def upload_button(
     roots: Roots,
     kind: str,
-    said: Callable[[str], None],
+    said: Callable[[str], Any],
     taken: Callable[[Path], None],
     names: Callable[[], dict[str, str]] = dict,
 ) -> Any:
