@@ -20,11 +20,11 @@ from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
-from ..report.sea_statistics import requested_height
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings
 from ..tracing import Tracer
+from .statistics import requested_height
 
 OUTSIDE, DARK = -1, 0  # of `visible`, beside the number of antennas that see a point
 FAINTEST_DB = -120.0  # of what is lit: a facet seen edge-on returns nothing

@@ -16,7 +16,6 @@ from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
-from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea, directional_density, spectral_system, wave_facts
@@ -25,6 +24,7 @@ from ..simulation import Simulator
 from ..tracing import tracer
 from .camera import Camera
 from .sampling import refuse_if_too_large, square, step, times_of
+from .statistics import Moments, requested_height, statistics_table
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems
 _DIRECTIONS, _FREQUENCIES = 180, 240

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from scipy.special import chdtri
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
@@ -113,7 +113,7 @@ def _draw_record(axes: Axes, gauge: xr.Dataset, turn: int | None) -> None:
 def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     style.graph(axes, "Frequency (Hz)", "Spectrum (m² s)", "(b) Spectra")
     if isinstance(result, NoSpectrum):
-        style.note(axes, _wrapped(result.reason))
+        style.note(axes, textwrap.fill(result.reason, 44))
         return
     axes.set_yscale("log")
     inside = result.wire_frequency <= 2.0 * result.nyquist
@@ -124,10 +124,7 @@ def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     )  # fmt: skip
     if not result.reason:
         axes.plot(result.frequency, result.radar, color=style.VERMILION, label="radar")
-    axes.axvline(result.nyquist, color=style.GREY, linewidth=0.8, linestyle=":")
-    axes.text(
-        result.nyquist, 0.02, " half the turn rate", transform=axes.get_xaxis_transform(), color=style.GREY, va="bottom"
-    )
+    style.upright(axes, result.nyquist, " half the turn rate", va="bottom")
     everything = np.concatenate((result.wire[inside], result.wire_once_a_turn, result.radar))
     top = 3.0 * float(np.nanmax(everything)) if np.nanmax(everything) > 0.0 else 1.0
     axes.set_ylim(top * 10.0**-_DECADES, top)
@@ -159,21 +156,10 @@ def _draw_pairs(axes: Axes, gauge: xr.Dataset) -> None:
     if np.isfinite(slope):
         axes.plot(ends, result.mean() + slope * (ends - true.mean()), color=style.BLACK, linewidth=0.9)
         words = [f"correlation {digits(entry['correlation'], 2)}", f"slope {digits(slope, 2)}"]
-        words.append(f"error {digits(entry['rms_error_m'], 3)} m rms")
-        axes.text(0.04, 0.97, "\n".join(words), transform=axes.transAxes, va="top", fontsize=style.FONT - 0.5)
+        style.corner(axes, [*words, f"error {digits(entry['rms_error_m'], 3)} m rms"])
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
-
-
-def _wrapped(words: str, width: int = 44) -> str:
-    lines = [""]
-    for word in words.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] += f"{word} "
-    return "\n".join(lines)
+    style.few_ticks(axes, 5)
 
 
 def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:

@@ -19,7 +19,7 @@ from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
 from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, spectrum_figures
-from .headline import headline, run_line, summary, verdict
+from .headline import fold_warning, ground_warning, headline, run_line, sea_rows, summary, verdict, warnings
 from .page_elements import (
     NOTHING,
     Fold,
@@ -33,7 +33,6 @@ from .page_elements import (
     metres,
     percent,
 )
-from .sea_statistics import fold_warning, ground_warning, sea_rows, warnings
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
@@ -171,7 +170,7 @@ def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
 
 
 def _visible_table(metrics: Mapping[str, Any]) -> list[Table]:
-    """Half ranges and visible shares, to light and to a radar; none of runs by earlier versions."""
+    """Half ranges and visible shares, to light and to a radar; none where the metrics do not say."""
     _, shown = reduce.visible(metrics)
     if not shown:
         return []
@@ -203,22 +202,15 @@ def _run_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
         ["Peak memory", f"{digits(memory, 2)} GB" if np.isfinite(memory) else NOTHING],
         ["Real-time factor", digits(metrics.get("real_time_factor"), 3)],
     ]
-    rows += [[name.capitalize(), str(metrics[name])] for name in ("backend", "device") if metrics.get(name)]
-    rows += [[name, version] for name, version in _versions(metrics)]
+    rows += [["Python", platform.python_version()], *([package, _version(package)] for package in _PACKAGES)]
     return Table("The run", ["", ""], rows)
 
 
-def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
-    given = metrics.get("versions")
-    if isinstance(given, Mapping):
-        return [(str(name), str(version)) for name, version in given.items()]
-    versions = [("Python", platform.python_version())]
-    for package in _PACKAGES:
-        try:
-            versions.append((package, importlib.metadata.version(package)))
-        except importlib.metadata.PackageNotFoundError:
-            versions.append((package, NOTHING))
-    return versions
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return NOTHING
 
 
 def pictures(
@@ -372,13 +364,7 @@ def _height_scatter(run: _Run) -> Picture:
 
 
 def _visible_share(run: _Run) -> Picture:
-    slope, from_cells = reduce.slope_rms_along_look(run.truth, run.metrics)
-    source = (
-        f"taken from the mean slopes of the {run.scene.retrieval.cell_range_m:g} m cells, so that shorter waves are "
-        "missing from it and the curves lie too high"
-        if from_cells
-        else "of the simulated surface"
-    )
+    slope = digits(run.metrics.get("slope_rms_look"), 3)
     return Picture(
         "visible_share",
         "Visible share against range",
@@ -388,7 +374,7 @@ def _visible_share(run: _Run) -> Picture:
         f"antennas{run.over_turns}: all looks, "
         "and sectors of ±22.5° about the direction from which the highest waves come (up-wave), the opposite one "
         "(down-wave) and both at right angles (across). Smith (1967) and Wagner (1967) for a Gaussian sea with an "
-        f"rms slope along the look of {digits(slope, 3)}, {source}, at the grazing angle atan(antenna height / "
+        f"rms slope along the look of {slope}, of the simulated surface, at the grazing angle atan(antenna height / "
         "ground range). Both ignore that height and slope are correlated along the ray, and overestimate "
         "visibility against exact ray tracing (in the seas of the validation, Smith by 3–16 %, Wagner by 20–45 %).",
         lambda: curves.visible_share(run.scene, run.truth, run.metrics),

@@ -269,8 +269,8 @@ def wave_height(metrics: Mapping[str, Any]) -> Figure:
     figure = style.new_figure(2.3)
     axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.74, 1.55)
     style.graph(axes, "Turn", "Hs (m)", "")
-    low, high = height - 1.96 * spread, height + 1.96 * spread
-    axes.fill_between(turn, low, high, color=style.VERMILION, alpha=0.2, linewidth=0.0)
+    high = height + 1.96 * spread
+    style.band(axes, turn, height - 1.96 * spread, high, style.VERMILION, 0.2)
     axes.plot(turn, height, "o-", color=style.VERMILION, markersize=2.5, label="by the maps, ± 1.96 stated errors")
     if np.isfinite(true):
         axes.axhline(true, color=style.BLACK, linestyle="--", linewidth=0.9, label="of the scene")

@@ -25,7 +25,7 @@ from ..io.results_folder import clear_folder, remove_hidden, results_folder, wri
 from ..scene import Scene
 from .choices import outlook_columns
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, load_point
-from .trade_table import Criterion, rows, trade_table
+from .trade_table import Criterion, rows, trade_page, trade_table
 from .vary import Grid, Point, seeds_of
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ class Sweep(Grid):
         """The table and its figure, as files."""
         # Matplotlib takes its time to load, and workers draw nothing.
         from ..report import style
-        from .trade_figures import draw_trade, trade_page
+        from .trade_figures import draw_trade, trade_images
 
         with uninterrupted():
             write_whole(self.folder / "trade.csv", rows(table))
@@ -164,7 +164,7 @@ class Sweep(Grid):
             write_whole(self.folder / "trade.nc", bytes(table.to_netcdf(engine="h5netcdf")))
         figure = style.png(draw_trade(table))
         write_whole(self.folder / "trade.png", figure)
-        write_whole(self.folder / "trade.html", trade_page(table, figure))
+        write_whole(self.folder / "trade.html", trade_page(table, trade_images(table, figure)))
 
 
 def _named_files(tree: Any) -> Iterator[str]:

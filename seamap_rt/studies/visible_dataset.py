@@ -25,8 +25,8 @@ from ..physics.shadowing import (
     shadowing_wagner67,
     why_no_half,
 )
+from ..products.statistics import expected_slope_variance
 from ..report.reduce import main_waves
-from ..report.sea_statistics import expected_slope_variance
 from ..scene import Scene
 from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
