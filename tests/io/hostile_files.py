@@ -40,7 +40,7 @@ from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.turn_files import read_whole_turns
 from seamap_rt.prediction import read_capytaine
-from seamap_rt.products.record_state import load_state, state_file
+from seamap_rt.products.recorded_sea import load_state, state_file
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address
