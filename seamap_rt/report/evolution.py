@@ -128,8 +128,8 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
     """Set up the axes of one map and draw its first turn; grey is where the radar looks."""
     if not scene.platform.speed_m_s:
         axes.add_patch(looked_at(scene, style.BLANK))
-    ground = (*(reduce.coordinate(tree, "ground", name) for name in ("x", "y")), _heights(tree, 0))
-    image = draw_ground(axes, ground, style.HEIGHT_COLOURS, -stage.limit, stage.limit)
+    x, y = (reduce.coordinate(tree, "ground", name) for name in ("x", "y"))
+    image = draw_ground(axes, (x, y, _heights(tree, 0)), style.HEIGHT_COLOURS, -stage.limit, stage.limit)
     axes.set_xlim(stage.west, stage.east)
     axes.set_ylim(stage.south, stage.north)
     axes.set_title(title)

@@ -24,7 +24,6 @@ from .style import gif
 
 Array = NDArray[np.float64]
 
-
 _LEAD_S = 10.0  # of the forecasts that are drawn in time
 _BAND = 1.96
 _BACK_S = 15.0  # that the animation looks back
@@ -36,7 +35,6 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
     """The field's maps, the forecasts in lead and time, and how they ran ahead; none of a run that did not forecast."""
     if verified is None:
         return []
-    issues = verified.forecasts.sizes["issue"]
     made = [
         Picture(
             "wave_field",
@@ -56,7 +54,7 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
             lambda: forecast_errors(verified),
         ),
     ]
-    if issues > 1:
+    if verified.forecasts.sizes["issue"] > 1:
         made.append(
             Picture(
                 "forecast_ahead",
@@ -118,13 +116,12 @@ def wave_field(scene: Scene, maps: xr.DataTree, field: xr.Dataset) -> Figure:
     stated = np.where(near, field["stated"].values / sigma, np.nan)
     limit = 2.5 * sigma
     heights = "Height above mean sea level (m)", style.HEIGHT_COLOURS, -limit, limit, "both"
-    panels = [
-        (f"({letter}) {title}", values, *heights)
-        for letter, title, values in zip(
-            "abc", ("One turn's map", "Reconstructed", "True"), (alone, *shown), strict=True
-        )
-    ]
-    panels.append(("(d) Stated error", stated, "Stated error over σ", style.SPREAD_COLOURS, 0.0, 1.0, "max"))
+    panels = (
+        ("(a) One turn's map", alone, *heights),
+        ("(b) Reconstructed", shown[0], *heights),
+        ("(c) True", shown[1], *heights),
+        ("(d) Stated error", stated, "Stated error over σ", style.SPREAD_COLOURS, 0.0, 1.0, "max"),
+    )
     panel = 2.85
     figure = style.new_figure(2.0 * (panel + 0.35) + 1.0)
     for number, (title, values, label, colours, low, high, extend) in enumerate(panels):
@@ -159,12 +156,18 @@ def by_lead(verified: Verified) -> dict[str, Array]:
     (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
     `correlation` with it. NaN where not defined."""
     kept = np.flatnonzero(warm(verified.forecasts))
-    forecasts, truth = verified.forecasts.isel(issue=kept, place=0), verified.truth[kept, :, 0]
-    mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
+    truth = verified.truth[kept, :, 0]
+    mean, std = _elevation(verified.forecasts.isel(issue=kept, place=0))
     sigma = float(np.std(truth)) or np.nan
     errors = {"found": mean - truth, "stated": std, "persistence": mean[:, :1] - truth, "climatology": truth}
     relative = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
     return relative | {"correlation": _correlation(mean, truth)}
+
+
+def _elevation(forecasts: xr.Dataset) -> tuple[Array, Array]:
+    """What is expected and its standard error, m."""
+    mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
+    return mean, std
 
 
 def _correlation(a: Array, b: Array) -> Array:
@@ -213,7 +216,7 @@ def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | No
     number = int(np.argmin(np.abs(lead - lead_s)))
     time, truth = sea_that_came(verified)
     moment = forecasts["issued"].values + lead[number]
-    mean, std = (forecasts[name].values[:, number].astype(np.float64) for name in ("elevation", "elevation_std"))
+    mean, std = _elevation(forecasts.isel(lead=number))
     axes.plot(time, truth, color=style.BLACK, linewidth=0.9, label="the sea that came")
     _draw_forecast(axes, moment, mean, std, f"forecast {lead[number]:g} s before", "o-")
     if issue is not None:
@@ -300,19 +303,19 @@ def next_seconds(ahead: Ahead, came: Array | None = None, quiet: Array | None = 
     below = style.place(figure, 0.62, 2.62, wide, 1.0, sharex=axes)
     of = f"{ahead.duration_s:g} s with {ahead.limits}" if ahead.limits else "a quiet window"
     style.graph(below, "Begins in (s)", "Stated chance (%)", f"(b) Chance of {of}")
-    called = np.nan_to_num(ahead.chance) >= ahead.confidence
-    known = np.isfinite(quiet) if quiet is not None else np.zeros(lead.size, dtype=bool)
-    was = np.nan_to_num(quiet) > 0.5 if quiet is not None else known
+    called, quiet = (
+        np.nan_to_num(ahead.chance) >= ahead.confidence,
+        np.full(lead.size, np.nan) if quiet is None else quiet,
+    )
+    known, was = np.isfinite(quiet), np.nan_to_num(quiet) > 0.5
     bar = 0.8 * float(np.min(np.diff(lead))) if lead.size > 1 else 0.8
     for members, face, edge, label in (
         (~known & called, style.GREEN, style.GREEN, "called"), (~known & ~called, style.GREY, style.GREY, "not called"),
         (known & was, style.GREEN, style.GREEN, "it was quiet"), (known & ~was, "white", style.VERMILION, "it was not"),
     ):  # fmt: skip
         if members.any() and np.isfinite(ahead.chance[members]).any():
-            below.bar(
-                lead[members], 100.0 * ahead.chance[members], bar, facecolor=face, edgecolor=edge, linewidth=1.0,
-                label=label,
-            )  # fmt: skip
+            look = {"facecolor": face, "edgecolor": edge, "linewidth": 1.0, "label": label}
+            below.bar(lead[members], 100.0 * ahead.chance[members], bar, **look)
     below.axhline(100.0 * ahead.confidence, color=style.BLACK, linestyle=":", linewidth=0.9)
     below.set_ylim(0.0, 130.0)
     below.set_yticks((0, 50, 100))
@@ -348,8 +351,7 @@ def _frames(verified: Verified) -> Iterator[Image.Image]:
         past, coming = time <= now, (time >= now) & (time <= now + lead[-1])
         axes.plot(time[past] - now, truth[past], color=style.BLACK)
         axes.plot(time[coming] - now, truth[coming], color=style.GREY, linewidth=0.9)
-        mean, std = (forecasts[name].values[number].astype(np.float64) for name in ("elevation", "elevation_std"))
-        _draw_forecast(axes, lead, mean, std, "forecast")
+        _draw_forecast(axes, lead, *_elevation(forecasts.isel(issue=number)), "forecast")
         axes.axvline(0.0, color=style.GREY, linewidth=0.6)
         style.graph(axes, "Time from now (s)", "Height at the boat (m)", turn_name(forecasts["issue"][number]))
         axes.set_xlim(-_BACK_S, float(lead[-1]))

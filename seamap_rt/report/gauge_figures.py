@@ -14,7 +14,7 @@ from scipy.special import chdtri
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
 from . import reduce, style
-from .page_elements import Picture, Table, digits, percent
+from .page_elements import Picture, Table, columns_table, decimals, digits, percent
 
 MOST_DRAWN = 6  # gauges
 _LONGEST = 90  # turns that are drawn in time
@@ -167,22 +167,21 @@ def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
     entries = metrics.get("gauges")
     if not isinstance(entries, list) or not entries:
         return []
-    columns = (
-        ("Correlation", "correlation", 3), ("Error, rms (m)", "rms_error_m", 3), ("Bias (m)", "bias_m", 3),
-        ("Slope", "regression_slope", 2), ("Stated error (m)", "stated_error_m", 3),
-        ("Error to the cells' mean (m)", "cell_rms_error_m", 3), ("Averaging (m)", "averaging_rms_m", 3),
-        ("Hs wire (m)", "hs_wire_m", 2), ("Hs at the radar's times (m)", "hs_true_m", 2),
-        ("Hs radar (m)", "hs_retrieved_m", 2),
-    )  # fmt: skip
-    rows = [
-        [
-            str(entry["name"]),
-            percent(entry["answered"]),
-            *(digits(entry[key], decimals, signed=key == "bias_m") for _, key, decimals in columns),
-        ]
-        for entry in entries
-    ]
-    return [Table("Wave gauges", ("Gauge", "Answered", *(title for title, _, _ in columns)), rows, _note(entries))]
+    columns = {
+        "name": ("Gauge", str),
+        "answered": ("Answered", percent),
+        "correlation": ("Correlation", decimals(3)),
+        "rms_error_m": ("Error, rms (m)", decimals(3)),
+        "bias_m": ("Bias (m)", decimals(3, signed=True)),
+        "regression_slope": ("Slope", decimals(2)),
+        "stated_error_m": ("Stated error (m)", decimals(3)),
+        "cell_rms_error_m": ("Error to the cells' mean (m)", decimals(3)),
+        "averaging_rms_m": ("Averaging (m)", decimals(3)),
+        "hs_wire_m": ("Hs wire (m)", decimals(2)),
+        "hs_true_m": ("Hs at the radar's times (m)", decimals(2)),
+        "hs_retrieved_m": ("Hs radar (m)", decimals(2)),
+    }
+    return [columns_table("Wave gauges", columns, lambda key: [entry[key] for entry in entries], _note(entries))]
 
 
 def _note(entries: list[Mapping[str, Any]]) -> str:

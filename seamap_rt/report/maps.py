@@ -114,11 +114,12 @@ def _draw_four(
     figure, (x, y), drawn = style.new_figure(2.0 * pitch + foot + _LINE * (key[-1].row + 1)), ground, []
     pixels = frame.width * style.DPI * (x[-1] - x[0] + scene.retrieval.ground_m) / (frame.east - frame.west)
     how = "nearest" if x.size <= pixels else "antialiased"
-    for number, (title, values, *scale) in enumerate(panels):
+    for number, (title, values, colours, low, high) in enumerate(panels):
         row, column = divmod(number, 2)
         left = _LEFT + column * (frame.width + _GAP)
         axes = style.place(figure, left, _TOP + row * pitch, frame.width, frame.height)
-        drawn.append(draw_ground(axes, (x, y, values), *scale, side=scene.retrieval.ground_m, interpolation=how))
+        cells = {"side": scene.retrieval.ground_m, "interpolation": how}
+        drawn.append(draw_ground(axes, (x, y, values), colours, low, high, **cells))
         _furnish(axes, frame, scene, title, blank=style.BLANK)
         if column:
             axes.set_ylabel("")
@@ -157,8 +158,8 @@ def echo_power(scene: Scene, echoes: xr.Dataset, azimuth_deg: Array, turn: int) 
     profile = style.place(figure, left, _TOP, style.WIDTH - left - _RIGHT, frame.height)
     style.graph(profile, "Range (m)", f"Power ({unit})", "(b) Mean power against range")
     if np.isfinite(level).any():
-        tenths = ([reduce.quantile(column, share) for column in level.T] for share in (0.1, 0.9))
-        style.band(profile, gates, *tenths, style.SKY, 0.45, label="10–90 % of the looks")
+        low, high = ([reduce.quantile(column, share) for column in level.T] for share in (0.1, 0.9))
+        style.band(profile, gates, low, high, style.SKY, 0.45, label="10–90 % of the looks")
         average = reduce.power_db(reduce.mean(power, axis=0), noise)
         profile.plot(gates, average, color=style.BLUE, label="mean over the looks")
         if noise > 0.0:

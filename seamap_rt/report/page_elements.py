@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NOTHING = "—"
-Column = tuple[str, Iterable[Any], Callable[[Any], str]]  # head, values, and how one is written
+Column = tuple[str, Callable[[Any], str]]  # head, and how a value is written
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,12 @@ class Table:
     nothing: str = "No cells."
 
 
-def columns_table(title: str, columns: Sequence[Column], note: str = "") -> Table:
-    """Of values and how each is written, column by column."""
-    texts = [[write(value) for value in values] for _, values, write in columns]
-    return Table(title, [head for head, _, _ in columns], list(zip(*texts, strict=True)), note)
+def columns_table(
+    title: str, columns: Mapping[str, Column], values: Callable[[str], Iterable[Any]], note: str = ""
+) -> Table:
+    """Of columns by name: heads, how a value is written, and the values of each."""
+    texts = [[write(value) for value in values(name)] for name, (_, write) in columns.items()]
+    return Table(title, [head for head, _ in columns.values()], list(zip(*texts, strict=True)), note)
 
 
 class Fold(NamedTuple):
