@@ -116,10 +116,9 @@ class Design:
         """Length along the range of what has independent speckle, m: √(4π) standard deviations of the pulse."""
         return max(self.spacing, float(np.sqrt(4.0 * np.pi)) * self.pulse)
 
-    @property
-    def turn(self) -> Array:
+    def turn(self, paths: int) -> Array:
         """By how much [rad] the phase of mean sea level turns within the pulse's spread, (gate,)."""
-        return _turn(self.paths, self.wavelength, self.baseline, self.height, self.pulse, self.ranges)
+        return _turn(paths, self.wavelength, self.baseline, self.height, self.pulse, self.ranges)
 
 
 def _independent(response: RangeResponse, spacing: float, weights: Array) -> float:
@@ -271,7 +270,7 @@ def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / (np.sqrt(2.0) * stray)), 1.0)
     if design.coarse == design.paths:  # else neighbours are followed by one way's phases, which turn half as fast
-        share = np.where(design.turn > 1.0, 1.0, share)
+        share = np.where(design.turn(design.paths) > 1.0, 1.0, share)
     return np.where(0.5 * step < BEYOND * np.sqrt(sea), share, 0.0)
 
 
