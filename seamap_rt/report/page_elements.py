@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jinja2
 import numpy as np
 
 from ..conventions import written
 from . import reduce
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
 NOTHING = "—"
@@ -155,6 +155,8 @@ def html_page(
 
 def templates(*packages: str) -> jinja2.Environment:
     """Those of this package, and before them those of others, by their names."""
+    import jinja2  # a sweep that is refused does without
+
     loaders = [jinja2.PackageLoader(each, ".") for each in (*packages, "seamap_rt.report")]
     return jinja2.Environment(
         loader=jinja2.ChoiceLoader(loaders), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
