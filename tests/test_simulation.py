@@ -20,8 +20,7 @@ from seamap_rt.interferometry import open_echoes, retrieve
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
-from seamap_rt.report.headline import run_facts
-from seamap_rt.report.sea_statistics import fold_warning, ground_warning
+from seamap_rt.report.headline import fold_warning, ground_warning, run_facts
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import Simulation, run, simulate
 from seamap_rt.simulation import Simulator, expected

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
 from nicegui import events, ui
 
 from ..errors import InputError
@@ -13,14 +14,13 @@ from ..io.scenefile import list_shipped, read_toml
 from ..report.headline import worth_in_words
 from . import drawing
 from .draft import MOST_TOML, Draft
+from .folders import safe_name
 from .form import Form
-from .safety import safe_name
+from .page import Images, Page, choice, flat_button, make_stage, number, round_button, tile
 from .uploads import save_upload
-from .widgets import Canvas, Images, choice, flat_button, grey_of, number, round_button, tile
 
 if TYPE_CHECKING:
     from ..scene import Scene
-    from .page import Page
     from .prospects import Prospects
 
 
@@ -34,10 +34,10 @@ class DesignView:
 
     def __init__(self, page: Page) -> None:
         self.page, self.tab = page, page.tab
-        self._asked = 0
         self._models = False  # loaded, of what a design is likely to do
+        starts = {name: f"{name}: {read_toml(path).get('title', '')}" for name, path in list_shipped().items()}
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = choice("Begin with", "start", self._starts(), value=None, on_change=self._start)
+            self._choice = choice("Begin with", "start", self._start, starts, value=None)
             ui.button("Run", icon="play_arrow", on_click=self._run).props("no-caps").mark("run")
             self._predict = ui.checkbox("forecast too").props("dense").mark("predict")
             flat_button("Undo", icon="undo", on_click=self._undo, mark="undo")
@@ -48,28 +48,26 @@ class DesignView:
             tiles = ui.column().classes("w-full min-w-0 lg:col-start-2")
             with ui.column().classes("w-full gap-1 lg:col-start-1 lg:row-start-1 lg:row-span-2"):
                 self._form_place = ui.column().classes("w-full gap-1")
-                self._scene_file()
+                self._file = ui.expansion("Scene file and command line", on_value_change=self._tell_file)
+                self._file.classes("w-full section").props("dense").mark("file")
             graphs = ui.column().classes("w-full min-w-0 lg:col-start-2")
         self.prospects = ProspectsView(page, self._answer, tiles, graphs)
         self._new_form()
 
-    def enter(self) -> None:
-        """MapPanels again."""
-        self._changed("")
+    async def enter(self) -> None:
+        """Look ahead again."""
+        self._changed()
 
     def take_over(self) -> None:
         """The draft was changed from elsewhere."""
         self.form.rebuild()
-        self._changed("")
+        self._changed()
 
     # ------------------------------------------------------------------------------------------------- the scene
 
-    def _starts(self) -> dict[str, str]:
-        return {name: f"{name}: {read_toml(path).get('title', '')}" for name, path in list_shipped().items()}
-
-    def _start(self, event: events.ValueChangeEventArguments) -> None:
-        if event.value and event.value != self.tab.draft.name:
-            self._take(Draft.shipped(event.value, self.page.server.roots))
+    def _start(self) -> None:
+        if self._choice.value != self.tab.draft.name:
+            self._take(Draft.shipped(self._choice.value, self.page.server.roots))
 
     def _take(self, draft: Draft) -> None:
         self.tab.draft = draft
@@ -81,12 +79,11 @@ class DesignView:
             self.form = Form(self.tab.draft, self._changed)
         name = self.tab.draft.name
         self._choice.value = name if name in list_shipped() else None
-        self._changed("")
+        self._changed()
 
     def _undo(self) -> None:
         if self.tab.draft.undo():
-            self.form.rebuild()
-            self._changed("")
+            self.take_over()
 
     def _pin(self) -> None:
         draft = self.tab.draft
@@ -96,57 +93,48 @@ class DesignView:
         changed = ", ".join(draft.changed) or "as shipped"
         self.tab.pinned = (f"{draft.name} ({changed})", draft.scene)
         self._said.set_text("Kept: the differences of what you change now are shown beside it.")
-        self._changed("")
+        self._changed()
 
-    def _changed(self, key: str) -> None:
-        del key
+    def _changed(self, _: str = "") -> None:
+        """What it is likely to do now; what was asked of an older change is dropped."""
         self._tell_file()
-        self._asked += 1
-        with self._file:  # which stays: what was touched goes with a form that is built anew
-            ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
+        scene = self.tab.draft.scene
+        if scene is None:
+            self.prospects.easel.drop("")
+            self.prospects.refuse("This design is refused: mend what is marked, and its consequences follow.")
+        else:
+            self.prospects.easel.ask("drawing the graphs …", self._look_ahead(scene))
 
     def _tell_file(self) -> None:
         """While it is looked at: its colours take a tenth of a second."""
         if self._file.value:
-            if not self._file_made:
-                self._file_made = True
+            if not self._file.default_slot.children:
                 with self._file:
                     self._make_file()
             self._command.set_text(self.tab.draft.command())
             self._toml.set_content(self.tab.draft.toml())
 
-    async def _look_ahead(self, asked: int) -> None:
-        """Consequences in a thread; those of an older change are left out."""
-        scene = self.tab.draft.scene
-        if scene is None or asked != self._asked:
-            self.prospects.dim(scene is None)
-            return
-        pinned = self.tab.pinned
+    async def _look_ahead(self, scene: Scene) -> None:
+        """Consequences in a thread, graphs in a process."""
         if not self._models:  # the form first: while they load, nothing else is quick
             self._answer.set_text("Loading the models: what this design is likely to do follows in some seconds …")
-            await ui.run_javascript("0", timeout=20.0)
+            await self._answer.client.run_javascript("0", timeout=20.0)
             self._models = True
-        prospects = (await asyncio.to_thread(import_module, "seamap_rt.app.prospects")).prospects
+        models = await asyncio.to_thread(import_module, "seamap_rt.app.prospects")
+        name, kept = self.tab.pinned or ("", None)
         try:
-            found = await asyncio.to_thread(prospects, scene)
-            beside = await asyncio.to_thread(prospects, pinned[1]) if pinned else None
+            found = await asyncio.to_thread(models.prospects, scene)
+            beside = await asyncio.to_thread(models.prospects, kept) if kept is not None else None
         except (ValueError, ArithmeticError, OSError) as error:
             self.prospects.refuse(f"No forecast of this design: {error}")
             return
-        if asked != self._asked:
-            return
-        self.prospects.show(found, scene, beside, pinned[0] if pinned else "")
+        self.prospects.show(found, scene, beside, name)
         await asyncio.sleep(_AFTER_S)
-        if asked == self._asked:
-            await self.prospects.draw(found, scene, beside)
-            ui.timer(_AFTER_S, self.page.prepare, once=True)
+        self.prospects.graphs.show(await drawing.quick(models.design_images, found, beside, scene, self.page.dark))
+        self.prospects.easel.ready()
+        await self.page.prepare()
 
     # ------------------------------------------------------------------------------------------------- as a file
-
-    def _scene_file(self) -> None:
-        self._file_made = False
-        self._file = ui.expansion("Scene file and command line", on_value_change=lambda _: self._tell_file())
-        self._file.classes("w-full section").props("dense").mark("file")
 
     def _make_file(self) -> None:
         ui.label("The same run on a command line:").classes("text-sm")
@@ -172,8 +160,7 @@ class DesignView:
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         """A scene becomes the draft; any other file is kept, and its path said, to be named in a field."""
         name = safe_name(event.file.name)
-        size = event.file.size()
-        if size > (MOST_TOML if name.endswith(".toml") else _MOST_FILE):
+        if event.file.size() > (MOST_TOML if name.endswith(".toml") else _MOST_FILE):
             self._said.set_text(f"{name}: is too large")
             return
         content = await event.file.read()
@@ -199,18 +186,12 @@ class DesignView:
         scene = draft.scene
         folder = server.free_folder(f"{scene.name}-{scene.seed}")
         words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
-        title = scene.title or scene.name
-        server.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))
+        changes = ", ".join(f"{key} = {value}" for key, value in list(draft.changed.items())[:4])
+        title = (scene.title or scene.name) + (f" ({changes})" if changes else "")
+        server.queue.add(title, folder, scene.to_toml(), words, run_seconds(scene))
         self.tab.run, self.tab.turn = folder, -1
         self._said.set_text(f"Queued as {folder}.")
         self.page.go("Runs")
-
-
-def _about(draft: Draft, title: str) -> str:
-    """A run in a line: its scene and what was changed of it."""
-    changed: dict[str, Any] = draft.changed
-    changes = ", ".join(f"{key} = {value}" for key, value in list(changed.items())[:4])
-    return f"{title} ({changes})" if changes else title
 
 
 _FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
@@ -226,19 +207,13 @@ class ProspectsView:
         with tiles:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
         with graphs:
-            drawn = ui.label().classes("text-sm waits").props("role=status")
-            with ui.column().classes("w-full min-w-0 titled") as stage:
-                self._graphs = Images(small=True)
-            self._easel = Canvas(grey_of(drawn, stage))
+            stage, self.easel = make_stage()
+            with stage.classes("titled"):
+                self.graphs = Images(small=True)
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
-    def dim(self, refused: bool) -> None:
-        """Nothing is known of a design that is refused: the last one's figures stay, pale."""
-        if refused:
-            self.refuse("This design is refused: mend what is marked, and its consequences follow.")
-
     def refuse(self, words: str) -> None:
-        """A design that stands, and without an estimate."""
+        """Nothing is known of a design: the last one's figures stay, pale."""
         self._said.set_text(words)
         for each in self._places:
             each.classes(add="opacity-50")
@@ -257,16 +232,6 @@ class ProspectsView:
             scale = pace or 1.0 if key == "seconds" else 1.0
             before = then.get(key)
             self._shown[key].fill(scale * value, digits, None if before is None else scale * before, better)
-
-    async def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
-        """Fill the graphs, which take longer than the figures do."""
-
-        async def drawn() -> None:
-            from .prospects import design_images
-
-            self._graphs.show(await drawing.quick(design_images, found, beside, scene, self.page.dark))
-
-        await self._easel.show("drawing the graphs …", drawn())
 
     def _make_tiles(self, found: Prospects) -> None:
         self._shown.clear()
@@ -296,7 +261,7 @@ class _Tile:
         if not abs(change) > 0.5 * 10.0**-digits:
             self._change.set_text("")
             return
-        good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
+        good = int(np.sign(change * better))
         sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
         self._change.set_text(f"{sign}{change:+.{digits}f}")
         self._change.classes(replace="text-xs figure-value").classes(COLOURS[good])

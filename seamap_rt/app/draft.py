@@ -18,7 +18,7 @@ from ..io.validation import without
 from ..report.keys import label_of, section_label, shown_unit, shown_value
 from ..scene import Scene, anchored, scene_of
 from ..scene.keys import limit_of, sections_of
-from .safety import Roots
+from .folders import Roots
 
 Schema = Mapping[str, Any]
 
@@ -47,7 +47,6 @@ class Part:
 
     path: str
     label: str
-    help: str
     fields: tuple[Field, ...]
     many: bool = False
 
@@ -70,9 +69,10 @@ def scene_schema() -> Schema:
 
 def parts_of(tree: Mapping[str, Any]) -> list[Part]:
     """All sections of the form, in the scene file's order; a list of tables has a part for each entry of the tree."""
-    return list(_parts(scene_schema(), "", tree, many=False))
+    return list(_parts(scene_schema(), "", tree))
 
 
+@cache
 def list_sections() -> list[ListSection]:
     """The lists of tables that a scene has."""
     return list(_growing(scene_schema(), ""))
@@ -85,14 +85,19 @@ def _growing(section: Schema, path: str) -> Iterator[ListSection]:
         if not inner:
             continue
         if key.get("type") == "array":
-            tag = key["items"].get("discriminator", {}).get("propertyName", "")
+            tag = _tag_of(key)
             kinds = tuple(each["properties"][tag]["const"] for each in inner) if tag else ()
             yield ListSection(below, section_label(below), tag, kinds)
         else:
             yield from _growing(inner[0], below)
 
 
-def _parts(section: Schema, path: str, tree: Any, many: bool) -> Iterator[Part]:
+def _tag_of(key: Schema) -> str:
+    """The key that says which of several kinds an entry of a list is; empty where there is one kind."""
+    return key["items"].get("discriminator", {}).get("propertyName", "")
+
+
+def _parts(section: Schema, path: str, tree: Any, many: bool = False) -> Iterator[Part]:
     held = tree if isinstance(tree, Mapping) else {}
     inner = {name: key for name, key in section["properties"].items() if sections_of(key, scene_schema())}
     fields = tuple(
@@ -100,11 +105,11 @@ def _parts(section: Schema, path: str, tree: Any, many: bool) -> Iterator[Part]:
         for name, key in section["properties"].items()
         if name not in inner and not ("const" in key and name != "spectrum")
     )
-    yield Part(path, section_label(path), _first_paragraph(section.get("description", "")), fields, many)
+    yield Part(path, section_label(path), fields, many)
     for name, key in inner.items():
         below = _join(path, name)
         if key.get("type") != "array":
-            yield from _parts(sections_of(key, scene_schema())[0], below, held.get(name), many=False)
+            yield from _parts(sections_of(key, scene_schema())[0], below, held.get(name))
             continue
         entries = held.get(name)
         for index, entry in enumerate(entries if isinstance(entries, list | tuple) else ()):
@@ -113,15 +118,14 @@ def _parts(section: Schema, path: str, tree: Any, many: bool) -> Iterator[Part]:
 
 def _kind_of(key: Schema, entry: Any) -> Schema:
     """The section of a list's entry: of several kinds the one that its tag names, the first where it names none."""
-    kinds = sections_of(key, scene_schema())
-    tag = key["items"].get("discriminator", {}).get("propertyName")
-    if tag is None or not isinstance(entry, Mapping):
-        return kinds[0]
-    return next((each for each in kinds if each["properties"][tag]["const"] == entry.get(tag)), kinds[0])
+    kinds, tag = sections_of(key, scene_schema()), _tag_of(key)
+    named = entry.get(tag) if tag and isinstance(entry, Mapping) else None
+    return next((each for each in kinds if named and each["properties"][tag]["const"] == named), kinds[0])
 
 
 def _field(path: str, key: Schema, required: bool) -> Field:
     kinds = [kind for kind in key.get("anyOf", [key]) if kind.get("type") != "null"]
+    types = {kind.get("type") for kind in kinds}
     choices: tuple[str, ...] = ()
     leaf = path.rsplit(".", 1)[-1]
     if leaf in ("file", "mesh"):
@@ -130,11 +134,11 @@ def _field(path: str, key: Schema, required: bool) -> Field:
         kind, choices = "choice", next(each.kinds for each in list_sections() if each.tag == "spectrum")
     elif any("enum" in each for each in kinds):
         kind, choices = "choice", tuple(kinds[0]["enum"])
-    elif any(each.get("type") == "boolean" for each in kinds):
+    elif "boolean" in types:
         kind = "switch"
-    elif any(each.get("type") == "array" for each in kinds):
+    elif "array" in types:
         kind = "list"
-    elif any(each.get("type") in ("number", "integer") for each in kinds):
+    elif types & {"number", "integer"}:
         kind = "number"
     else:
         kind = "text"
@@ -151,10 +155,6 @@ def _help(path: str, key: Schema, kind: str) -> str:
     unit = shown_unit(path, key.get("unit"))
     limits = f" Limits{f' ({unit})' if unit else ''}: {limit}." if limit else ""
     return f"{key.get('description', '')}{limits} Key: {path}".replace("`", "")
-
-
-def _first_paragraph(text: str) -> str:
-    return " ".join(text.split("\n\n", 1)[0].split()).replace("`", "")
 
 
 def _join(path: str, name: str) -> str:
@@ -235,10 +235,8 @@ class Draft:
     def set(self, key: str, value: Any) -> None:
         """Change a key, or leave it out with None."""
         tree = copy.deepcopy(self.tree)
-        *above, leaf = key.split(".")
-        node: Any = tree
-        for step in above:
-            node = node[int(step)] if isinstance(node, list) else node.setdefault(step, {})
+        above, _, leaf = key.rpartition(".")
+        node = _below(tree, above)
         if value is None:
             node.pop(leaf, None)
         else:
@@ -248,12 +246,9 @@ class Draft:
     def add(self, path: str, tag: str = "", kind: str = "") -> None:
         """Add a table to a list of tables, with what each must have."""
         tree = copy.deepcopy(self.tree)
-        node: Any = tree
-        *above, leaf = path.split(".")
-        for step in above:
-            node = node.setdefault(step, {})
-        entry = {tag: kind, **copy.deepcopy(_NEW.get(kind, {}))} if tag else copy.deepcopy(_NEW.get(path, {}))
-        entries = node.setdefault(leaf, [])
+        above, _, leaf = path.rpartition(".")
+        entries = _below(tree, above).setdefault(leaf, [])
+        entry = ({tag: kind} if tag else {}) | copy.deepcopy(_NEW.get(kind if tag else path, {}))
         if "name" in entry:
             entry["name"] = f"{entry['name']}{len(entries) + 1}"
         entries.append(entry)
@@ -263,23 +258,24 @@ class Draft:
         """Take an entry out of a list of tables."""
         tree = copy.deepcopy(self.tree)
         above, index = path.rsplit(".", 1)
-        entries = _at(tree, above)
-        del entries[int(index)]
+        del _at(tree, above)[int(index)]
         self._take(tree)
 
     def kind(self, path: str, tag: str, kind: str) -> None:
         """Make an entry another of several kinds: it keeps the keys that both have."""
         tree = copy.deepcopy(self.tree)
         entry = _at(tree, path)
-        trial = {tag: kind, **_NEW.get(kind, {})}
-        allowed = {field.key.rsplit(".", 1)[-1] for field in _fields_of_entry(path, trial)}
-        kept = {name: value for name, value in entry.items() if name in allowed and name != tag}
-        if set(kept) & {"significant_wave_height_m", "wind_speed_m_s"}:  # its size is given already
-            trial = {tag: kind, **{name: each for name, each in trial.items() if name not in _SIZES}}
-            if kind == "elfouhaily":
-                trial.setdefault("wind_speed_m_s", kept.get("wind_speed_m_s", 8.0))
+        before, trial = dict(entry), {tag: kind, **_NEW.get(kind, {})}
         entry.clear()
-        entry.update({**trial, **kept})
+        entry.update(trial)
+        allowed = {each.key.rsplit(".", 1)[-1] for part in parts_of(tree) if part.path == path for each in part.fields}
+        kept = {name: value for name, value in before.items() if name in allowed and name != tag}
+        if set(kept) & {"significant_wave_height_m", "wind_speed_m_s"}:  # its size is given already
+            for name in _SIZES:
+                entry.pop(name, None)
+            if kind == "elfouhaily":
+                entry["wind_speed_m_s"] = 8.0
+        entry.update(kept)
         self._take(tree)
 
     def undo(self) -> bool:
@@ -317,19 +313,12 @@ class Draft:
 
     def command(self) -> str:
         """The line that runs the same scene in a shell: a shipped one with its changes, else a saved file."""
-        changed = self.changed
-        shipped = self.name in list_shipped()
-        if not shipped or any(value is None or isinstance(value, dict) for value in changed.values()):
+        lists, then = ([part.path for part in parts_of(tree) if part.many] for tree in (self.tree, self._base))
+        gone = any(value is None for value in self.changed.values())
+        if self.name not in list_shipped() or gone or lists != then:  # `--set` adds no entry, and takes nothing out
             return "seamap-rt run scene.toml"
-        if self._shape(self.tree) != self._shape(self._base):
-            return "seamap-rt run scene.toml"
-        settings = [f"--set {shlex.quote(f'{key}={_set_value(value)}')}" for key, value in changed.items()]
+        settings = [f"--set {shlex.quote(f'{key}={_set_value(value)}')}" for key, value in self.changed.items()]
         return " ".join(["seamap-rt run", self.name, *settings])
-
-    @staticmethod
-    def _shape(tree: Tree) -> list[str]:
-        """The lists of tables, with how many entries each has: `--set` adds none."""
-        return sorted(part.path for part in parts_of(tree) if part.many)
 
 
 _SIZES = ("significant_wave_height_m", "peak_period_s", "wind_speed_m_s", "fetch_m")
@@ -347,15 +336,12 @@ _NEW: dict[str, Tree] = {
 }
 
 
-def _fields_of_entry(path: str, entry: Tree) -> list[Any]:
-    above = path.rsplit(".", 1)[0].split(".")
-    tree: Tree = {}
-    node = tree
-    for step in above[:-1]:
-        node = node.setdefault(step, {})
-    node[above[-1]] = [entry]
-    wanted = ".".join([*above, "0"])
-    return [field for part in parts_of(tree) if part.path == wanted for field in part.fields]
+def _below(tree: Tree, path: str) -> Any:
+    """The table at a path, made where there is none."""
+    node: Any = tree
+    for step in path.split(".") if path else ():
+        node = node[int(step)] if isinstance(node, list) else node.setdefault(step, {})
+    return node
 
 
 def _at(tree: Any, key: str) -> Any:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -28,7 +29,7 @@ from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
-from .widgets import Image, Images, choice, count_on, draw_images, slider
+from .page import Image, Images, choice, count_on, draw_images, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -76,7 +77,7 @@ async def verify_forecasts(folder: Path) -> Verification:
     Raises InputError where there is nothing to tell of, or the sea cannot be drawn again; OSError where no memory is.
     """
     key = _key(folder)
-    if key is None:
+    if not key[1]:
         raise InputError("no finished forecasts are here")
     if key not in _KEPT or (_KEPT[key].done() and known_verification(folder) is None):
         _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
@@ -87,16 +88,15 @@ async def verify_forecasts(folder: Path) -> Verification:
 
 def known_verification(folder: Path) -> Verification | None:
     """What is known of a folder already."""
-    held = _KEPT.get(_key(folder) or ("", 0))
+    held = _KEPT.get(_key(folder))
     known = held is not None and held.done() and not held.cancelled() and held.exception() is None
     return held.result() if held is not None and known else None
 
 
-def _key(folder: Path) -> tuple[str, int] | None:
-    try:
-        return str(folder), (folder / "prediction.nc").stat().st_mtime_ns
-    except OSError:
-        return None
+def _key(folder: Path) -> tuple[str, int]:
+    """Of a folder without finished forecasts 0."""
+    path = folder / "prediction.nc"
+    return str(folder), path.stat().st_mtime_ns if path.exists() else 0
 
 
 def verify_folder(folder: Path) -> Verification:
@@ -132,35 +132,31 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
     if not path.exists() and not part_of(path).exists():
         return None
 
-    def read(file: GrowingFile) -> tuple[int, dict[str, np.ndarray]] | None:
+    def read(file: GrowingFile) -> tuple[int, NDArray[Any], dict[str, NDArray[Any]]] | None:
         issues = np.asarray(file.array("issue")[:])
         held = np.flatnonzero(issues <= last)
         if not held.size:
             return None
-        at = int(held[-1])
-        found = {"lead": np.asarray(file.array("lead")[:])}
-        for name in ("elevation", "elevation_std", "quiet", "maximum_prediction_time"):
-            if name in file:
-                found[name] = np.asarray(file.array(name)[at])
-        return int(issues[at]), found
+        names = ("elevation", "elevation_std", "quiet", "maximum_prediction_time")
+        found = {name: np.asarray(file.array(name)[int(held[-1])])[..., 0] for name in names if name in file}
+        return int(issues[held[-1]]), np.asarray(file.array("lead")[:], dtype=np.float64), found
 
     whole = read_whole_turns(path, read)
-    return None if whole is None else _ahead(*whole, quiet)
-
-
-def _ahead(issue: int, arrays: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:
-    lead = arrays["lead"].astype(float)
+    if whole is None:
+        return None
+    issue, lead, found = whole
+    longest = found.get("maximum_prediction_time")
     return Ahead(
         issue=issue,
         lead_s=lead,
-        elevation_m=arrays["elevation"][:, 0],
-        std_m=arrays["elevation_std"][:, 0],
-        chance=arrays["quiet"][:, 0] if "quiet" in arrays else np.full(lead.size, np.nan),
+        elevation_m=found["elevation"],
+        std_m=found["elevation_std"],
+        chance=found.get("quiet", np.full(lead.size, np.nan)),
         limits=_limits_in_words(quiet),
         level_m=quiet.elevation_m,
         duration_s=quiet.duration_s,
         confidence=quiet.confidence,
-        longest_s=float(arrays["maximum_prediction_time"][0]) if "maximum_prediction_time" in arrays else None,
+        longest_s=None if longest is None else float(longest),
     )
 
 
@@ -175,12 +171,12 @@ def _limits_in_words(quiet: QuietSettings) -> str:
 
 
 class ForecastView(NamedTuple):
-    """A forecast in words and drawn; and how past ones came out, drawn."""
+    """A forecast in words and drawn; and how past ones came out."""
 
     words: str
     ahead: list[Image]
-    errors: list[Image]
-    windows: list[Image]
+    past_words: str = ""
+    past: Sequence[Image] = ()
 
 
 def view_forecast(
@@ -194,16 +190,16 @@ def view_forecast(
     if ahead is None:
         return None
     if came is None:
-        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark), [], [])
+        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark))
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
-    errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
-    windows = [] if came.windows is None else [window_picture(came.windows, came.scores["confidence"])]
+    past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
+    words = _in_words(came, lead)
+    if came.windows is not None:
+        past.append(window_picture(came.windows, came.scores["confidence"]))
+        words += f" {_windows_in_words(came.scores)}"
     return ForecastView(
-        _words(ahead),
-        draw_images([ahead_picture(ahead, *beside)], dark),
-        draw_images([errors], dark),
-        draw_images(windows, dark),
+        _words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
     )
 
 
@@ -212,17 +208,14 @@ class ForecastPanel:
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        self._filling = False
         self._words = ui.label().classes("font-bold").mark("forecast-words")
         self._ahead = Images()
         with ui.column().classes("w-full min-w-0 gap-2") as self._past:
             ui.label("How past forecasts came out").classes("text-base font-bold")
             self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
             with ui.column().classes("w-full min-w-0 gap-2") as self._body:
-                self._lead = choice("Forecast so long before", "verified-lead", on_change=self._chosen)
-                self._errors = Images()
-                self._called = ui.label().classes("text-sm").mark("windows-words")
-                self._windows = Images()
+                self._lead = choice("Forecast so long before", "verified-lead", view.redraw)
+                self._images = Images()
             self._body.set_visibility(False)
 
     async def show(self, source: Source, turn: int) -> None:
@@ -244,8 +237,11 @@ class ForecastPanel:
 
     async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Verification | None) -> bool:
         """Whether there is a forecast."""
-        if came is not None:
-            self._fill_leads(came)
+        if came is not None and self._lead.value is None:
+            leads = came.verified.forecasts["lead"].values
+            whole = [i for i, lead in enumerate(leads) if float(lead).is_integer()] or range(leads.size)
+            first = min(whole, key=lambda i: abs(leads[i] - _LEAD_S))
+            self._lead.set_options({i: f"{leads[i]:g} s before" for i in whole}, value=first)
         lead = int(self._lead.value or 0)
         shown = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
         self._past.set_visibility(shown is not None)
@@ -259,10 +255,8 @@ class ForecastPanel:
         self._ahead.show(shown.ahead)
         self._body.set_visibility(came is not None)
         if came is not None:
-            self._said.set_text(_in_words(came, lead))
-            self._called.set_text(_windows_in_words(came.scores) if came.scores else "")
-            self._errors.show(shown.errors)
-            self._windows.show(shown.windows)
+            self._said.set_text(shown.past_words)
+            self._images.show(shown.past)
         return True
 
     async def _ask(self, source: Source) -> Verification | None:
@@ -279,20 +273,6 @@ class ForecastPanel:
                 self._said.set_text(f"What came is not known: {refusal}")
         return None
 
-    def _fill_leads(self, came: Verification) -> None:
-        if self._lead.value is not None:
-            return
-        leads = came.verified.forecasts["lead"].values
-        options = {i: f"{lead:g} s before" for i, lead in enumerate(leads) if float(lead).is_integer()}
-        options = options or {i: f"{lead:g} s before" for i, lead in enumerate(leads)}
-        self._filling = True
-        self._lead.set_options(options, value=min(options, key=lambda i: abs(leads[i] - _LEAD_S)))
-        self._filling = False
-
-    def _chosen(self) -> None:
-        if not self._filling:
-            self.view.redraw()
-
 
 def _words(ahead: Ahead) -> str:
     at = ahead.highest
@@ -300,7 +280,7 @@ def _words(ahead: Ahead) -> str:
     crest = (
         f"The highest crest that is expected: {ahead.elevation_m[at]:.2f} ± {wide:.2f} m in {ahead.lead_s[at]:.0f} s."
     )
-    if not np.isfinite(ahead.chance).any():
+    if not ahead.windows:
         return f"{crest} Quiet windows are forecast where Forecast, Quiet windows in the design names a limit."
     sure = np.nan_to_num(ahead.chance, nan=0.0)
     called = np.flatnonzero(sure >= ahead.confidence)
@@ -358,8 +338,7 @@ class IssuesPanel:
         await self._show()
 
     def _step(self) -> None:
-        if self._issues:
-            self._view.draw_beside(self._show(), self._folder.name)
+        self._view.draw_study(self._show())
 
     async def _show(self) -> None:
         if self._issues:

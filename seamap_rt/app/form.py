@@ -37,7 +37,6 @@ class Form:
         self._fields: dict[str, tuple[Field, Any]] = {}
         self._open: set[str] = set(_OPEN)
         self._more: set[str] = set()
-        self._filling = False
         self._elsewhere = ui.label().classes("text-negative text-sm").props("role=alert")
         self._body = ui.column().classes("w-full gap-1")
         with ui.element("div").classes("sticky bottom-0 w-full z-10 help-line"):
@@ -60,27 +59,24 @@ class Form:
         shown = [field for field in part.fields if self._is_shown(field)]
         if not shown:
             return
-        title = part.label
-        with ui.expansion(title, value=part.path in self._open).classes("w-full section").props("dense") as expansion:
+        with (
+            ui.expansion(part.label, value=part.path in self._open)
+            .classes("w-full section")
+            .props("dense") as expansion
+        ):
             body = ui.column().classes("w-full gap-2 pb-2")
         expansion.mark(f"section-{part.path or 'run'}")
-        built = [False]
 
-        def fill() -> None:
-            if not built[0]:
-                built[0] = True
+        def toggled(is_open: bool) -> None:
+            (self._open.add if is_open else self._open.discard)(part.path)
+            if is_open and not body.default_slot.children:
                 with body:
                     self._fill(part, shown)
                 self.refresh()
 
-        def toggled(event: Any) -> None:
-            (self._open.add if event.value else self._open.discard)(part.path)
-            if event.value:
-                fill()
-
-        expansion.on_value_change(toggled)
+        expansion.on_value_change(lambda e: toggled(e.value))
         if part.path in self._open:
-            fill()
+            toggled(True)
 
     def _fill(self, part: Part, shown: list[Field]) -> None:
         wanted = _FIRST.get(".".join(name for name in part.path.split(".") if not name.isdigit()), "").split()
@@ -91,13 +87,10 @@ class Form:
             for field in first:
                 self._field(field)
         if rest:
-            with (
-                ui.expansion("more", value=part.path in self._more)
-                .classes("w-full text-sm")
-                .props("dense dense-toggle")
-                .on_value_change(lambda e: (self._more.add if e.value else self._more.discard)(part.path)),
-                ui.grid().classes("w-full gap-x-3 gap-y-1 grid-cols-1 sm:grid-cols-2"),
-            ):
+            more = ui.expansion("more", value=part.path in self._more).classes("w-full text-sm")
+            more.props("dense dense-toggle")
+            more.on_value_change(lambda e: (self._more.add if e.value else self._more.discard)(part.path))
+            with more, ui.grid().classes("w-full gap-x-3 gap-y-1 grid-cols-1 sm:grid-cols-2"):
                 for field in rest:
                     self._field(field)
         if part.many:
@@ -141,23 +134,29 @@ class Form:
     def _field(self, field: Field) -> None:
         label = f"{field.label} ({field.unit})" if field.unit else field.label
         if field.kind == "switch":
-            element: Any = ui.switch(label, on_change=lambda e: self._edited(field, bool(e.value)))
+            element: Any = ui.switch(label)
         elif field.kind == "choice":
-            options: Any = {each: each.replace("_", " ") for each in field.choices}
-            if field.optional:
-                options = {"": "—", **options}
-            element = ui.select(options, label=label, on_change=lambda e: self._edited(field, e.value or None))
+            left_out = {"": "—"} if field.optional else {}
+            element = ui.select({**left_out, **{each: each.replace("_", " ") for each in field.choices}}, label=label)
             element.props("dense outlined options-dense hide-bottom-space")
         else:
-            placeholder = field.default if len(field.default) < 48 else "left out"
-            element = ui.input(label, placeholder=placeholder, on_change=lambda e: self._typed(field, e.value))
+            element = ui.input(label, placeholder=field.default if len(field.default) < 48 else "left out")
             element.props("dense outlined hide-bottom-space debounce=120 spellcheck=false autocomplete=off stack-label")
-            if field.kind in ("number",):
+            if field.kind == "number":
                 element.props("inputmode=decimal")
+        element.on(f"update:{element.VALUE_PROP}", partial(self._edited, field, element), [])
         kind = kind_of_field(field.key)
         if kind is not None:
+
+            def taken(path: Path) -> None:
+                element.value = str(path)
+                self._edited(field, element)
+
+            def said(line: str) -> None:
+                element.error = line or None
+
             with element.add_slot("append"):
-                self._upload(element, kind)
+                upload_button(self.draft.roots, kind, said, taken)
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)
@@ -165,34 +164,21 @@ class Form:
         element.on("focusin", lambda: self._help.set_text(field.help))
         self._fields[field.key] = (field, element)
 
-    def _upload(self, element: Any, kind: str) -> None:
-        def said(line: str) -> None:
-            element.error = line or None
-
-        def taken(path: Path) -> None:
-            element.value = str(path)
-
-        upload_button(self.draft.roots, kind, said, taken)
-
-    def _typed(self, field: Field, text: str | None) -> None:
+    def _edited(self, field: Field, element: Any) -> None:
+        """What a person has typed or chosen."""
+        value, leaf = element.value, field.key.rsplit(".", 1)[-1]
         if field.kind in ("number", "list"):
-            self._edited(field, read_value(field.key, text or ""))
-        else:
-            self._edited(field, (text or None) if field.key != "title" else text or "")
-
-    def _edited(self, field: Field, value: Any) -> None:
-        if self._filling:
-            return
-        leaf = field.key.rsplit(".", 1)[-1]
+            value = read_value(field.key, value or "")
+        elif field.kind != "switch":
+            value = value or ("" if field.key == "title" else None)
         if leaf == "spectrum":
             self.draft.kind(field.key.rsplit(".", 1)[0], "spectrum", str(value))
-            self.rebuild()
         else:
             self.draft.set(field.key, value)
-            if field.key in switches() or leaf in switches():
-                self.rebuild()
-            else:
-                self.refresh(field.key)
+        if leaf == "spectrum" or field.key in switches() or leaf in switches():
+            self.rebuild()
+        else:
+            self.refresh(field.key)
         self._changed(field.key)
 
     # ------------------------------------------------------------------------------------------------ refreshing
@@ -200,18 +186,14 @@ class Form:
     def refresh(self, origin: str = "") -> None:
         """Values, refusals and marks of all fields that are there; the origin's value stays as it was typed."""
         changed, refused = self.draft.changed, dict(self.draft.refused)
-        self._filling = True
-        try:
-            for key, (field, element) in self._fields.items():
-                if key != origin:
-                    self._fill_value(field, element)
-                line = refused.pop(key, None)
-                if field.kind != "switch":
-                    element.error = line
-                element.classes("changed" if key in changed else None, remove=None if key in changed else "changed")
-                element.classes("sm:col-span-2" if line else None, remove=None if line else "sm:col-span-2")
-        finally:
-            self._filling = False
+        for key, (field, element) in self._fields.items():
+            if key != origin:
+                self._fill_value(field, element)
+            line = refused.pop(key, None)
+            if field.kind != "switch":
+                element.error = line
+            element.classes("changed" if key in changed else None, remove=None if key in changed else "changed")
+            element.classes("sm:col-span-2" if line else None, remove=None if line else "sm:col-span-2")
         self._elsewhere.set_text(" · ".join(refused.values()))
         self._elsewhere.set_visibility(bool(refused))
 

@@ -1,4 +1,4 @@
-"""The queue of runs, each the command line in a process of its own, which leaves its story in files.
+"""The queue of runs, each the command line in a process of its own, which leaves its story in files; and how far it is.
 
 A job's files lie in `.jobs` below the runs: `NAME.toml` the scene, `NAME.json` what it is, `NAME.progress` a line for
 each step with its time, `NAME.errors` what the process said. So a page that is opened again finds them, and so does a
@@ -11,16 +11,20 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
+from itertools import count
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import MinLen
 from pydantic import TypeAdapter
 
 from ..compute.machine import cores
@@ -28,13 +32,46 @@ from ..errors import InputError, one_line
 from ..io.opening import open_file, read_bytes
 from ..io.process import VARIABLE
 from ..io.results_folder import write_whole
-from .progress import Job, Progress, State, read_progress
 
 FOLDER = ".jobs"
 _NOT_BEGUN = "cancelled before it began"
 _LAST = 4096  # bytes of what a process said that are read
 _POLL_S = 0.2
 _MEASURED, _NICE = 3, 5
+
+State = Literal["queued", "running", "done", "cancelled", "failed"]
+_TURN = re.compile(r"turn (\d+) of (\d+): (\w+)")
+_POINTS = re.compile(r"(\d+) of (\d+) points?")
+_LEFT = re.compile(r", (?:…|(?:about |at most )?([\d.]+) (s|min|h)) left$")  # as the command itself tells it
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+_AFTER_S = 5.0  # comparing and drawing, where nothing better is known
+_MOST_BYTES = 2**20
+
+
+@dataclass
+class Job:
+    """One run, trade or other command.
+
+    words: the command's arguments, without the program. reason: why it ended, if not by itself. started, ended: Unix
+    time, 0 before.
+    """
+
+    name: str
+    title: str
+    folder: str  # of its results, relative to the runs
+    words: Annotated[tuple[str, ...], MinLen(1)]
+    state: State = "queued"
+    reason: str = ""
+    pid: int = 0
+    asked: float = field(default_factory=time.time)
+    started: float = 0.0
+    ended: float = 0.0
+    guess_s: float = 0.0  # how long it was expected to take, on the machine that the guess was made for
+    crowd: float = 1.0  # how many wanted each core when it ended, this job's own threads among them
+
+    @property
+    def over(self) -> bool:
+        return self.state not in ("queued", "running")
 
 
 _JOB = TypeAdapter(Job)
@@ -44,9 +81,8 @@ class Queue:
     """Runs jobs one after another. runs: the folder below which all of them write. program: what runs the command."""
 
     def __init__(self, runs: Path, program: Sequence[str] = (sys.executable, "-P", "-m", "seamap_rt.cli")) -> None:
-        runs = runs.resolve()
-        self._runs, self._folder, self._program = runs, runs / FOLDER, tuple(program)
-        self._folder.mkdir(parents=True, exist_ok=True)
+        self._runs, self._program = runs.resolve(), tuple(program)
+        (self._runs / FOLDER).mkdir(parents=True, exist_ok=True)
         self._jobs: dict[str, Job] = {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._change = threading.Condition()
@@ -60,13 +96,13 @@ class Queue:
     def add(self, title: str, folder: str, scene_toml: str, words: Sequence[str], guess_s: float = 0.0) -> Job:
         """Queue a command: `words` with "{scene}" for the scene's file and "{out}" for the results' folder."""
         with self._change:
-            name = self._new_name(folder)
-            scene = self._folder / f"{name}.toml"
+            names = (f"{folder.replace('/', '_')}.{number}" for number in count(1))
+            name = next(each for each in names if each not in self._jobs and not self._file(each, "json").exists())
+            scene = self._file(name, "toml")
             write_whole(scene, scene_toml)
             out = str(self._runs / folder)
             filled = tuple(word.replace("{scene}", str(scene)).replace("{out}", out) for word in words)
-            job = Job(name, title, folder, filled, guess_s=guess_s)
-            self._jobs[name] = job
+            job = self._jobs[name] = Job(name, title, folder, filled, guess_s=guess_s)
             self._note(job)
             self._change.notify_all()
             return job
@@ -76,18 +112,13 @@ class Queue:
         with self._change:
             return sorted(self._jobs.values(), key=lambda job: job.asked, reverse=True)
 
-    def job(self, name: str) -> Job | None:
-        """By its name."""
-        with self._change:
-            return self._jobs.get(name)
-
     def of_folder(self, folder: str) -> Job | None:
         """The last one that writes, or wrote, into a folder."""
         return next((job for job in self.jobs() if job.folder == folder), None)
 
     def progress(self, job: Job) -> Progress:
         """How far a job is."""
-        return read_progress(Path(self._progress_path(job)), job, pace=self.pace(job.words[0]))
+        return read_progress(self._file(job.name, "progress"), job, pace=self.pace(job.words[0]))
 
     def pace(self, kind: str) -> float | None:
         """What a command takes now over what is guessed, by the last three of its kind that were done here and by how
@@ -125,7 +156,7 @@ class Queue:
             if job is not None and job.over:
                 del self._jobs[name]
                 for ending in ("json", "toml", "progress", "errors"):
-                    (self._folder / f"{name}.{ending}").unlink(missing_ok=True)
+                    self._file(name, ending).unlink(missing_ok=True)
 
     def close(self, wait_s: float = 15.0) -> None:
         """End what this queue began, so that whole turns stay, and begin nothing more."""
@@ -142,25 +173,23 @@ class Queue:
     def _work(self) -> None:
         while True:
             with self._change:
-                waiting = [job for job in self._jobs.values() if job.state in ("queued", "running")]
                 if self._closing and not self._processes:
                     return
-                waiting.sort(key=lambda job: (job.state != "running", job.asked))
+                waiting = [job for job in self._jobs.values() if not job.over]
                 if not waiting:
                     self._change.wait()
                     continue
-                job = waiting[0]
+                job = min(waiting, key=lambda each: (each.state != "running", each.asked))
                 if job.state == "queued":
                     self._begin(job)
             self._attend(job)
 
     def _begin(self, job: Job) -> None:
-        environment = {**os.environ, VARIABLE: self._progress_path(job), "COLUMNS": "200"}
-        for ending in ("progress", "errors"):
-            (self._folder / f"{job.name}.{ending}").unlink(missing_ok=True)
+        environment = {**os.environ, VARIABLE: str(self._file(job.name, "progress")), "COLUMNS": "200"}
+        self._file(job.name, "progress").unlink(missing_ok=True)
         job.state, job.started = "running", time.time()
         try:
-            with (self._folder / f"{job.name}.errors").open("wb") as errors:
+            with self._file(job.name, "errors").open("wb") as errors:
                 process = subprocess.Popen(
                     [*self._program, *job.words],
                     stdin=subprocess.DEVNULL,
@@ -180,15 +209,14 @@ class Queue:
 
     def _attend(self, job: Job) -> None:
         """Wait until a running job has ended, and say how."""
-        process = self._processes.get(job.name)
+        process, code = self._processes.get(job.name), None
         if process is not None:
-            code: int | None = process.wait()
+            code = process.wait()
         else:  # of a server that ended before this one was started: not this one's child
             while self._lives(job):
                 if self._closing:
                     return
                 time.sleep(_POLL_S)
-            code = None
         if job.over:
             return
         state, reason = self._ending(job, code)
@@ -206,10 +234,10 @@ class Queue:
             environment = Path(f"/proc/{job.pid}/environ").read_bytes()
         except OSError:
             return False
-        return os.fsencode(f"{VARIABLE}={self._progress_path(job)}") in environment.split(b"\0")
+        return os.fsencode(f"{VARIABLE}={self._file(job.name, 'progress')}") in environment.split(b"\0")
 
     def _ending(self, job: Job, code: int | None) -> tuple[State, str]:
-        last = _last_line(self._folder / f"{job.name}.errors")
+        last = _last_line(self._file(job.name, "errors"))
         if code == 0 or (code is None and (self._runs / job.folder / "report.html").exists()):
             return "done", ""
         if code == 130:
@@ -217,8 +245,7 @@ class Queue:
         if job.reason and code in (-signal.SIGTERM, -signal.SIGINT):  # stopped before it could answer
             return "cancelled", self._saved(job) if (self._runs / job.folder).exists() else _NOT_BEGUN
         if code is None or code < 0:
-            name = signal.Signals(-code).name if code is not None else "the system"
-            what = f"killed by {name}"
+            what = f"killed by {signal.Signals(-code).name if code is not None else 'the system'}"
             if code in (-signal.SIGKILL, -signal.SIGABRT) and job.reason == "":
                 what += " (that happens where memory runs out)"
             return "failed", f"{what}; {self._saved(job)}"
@@ -238,26 +265,19 @@ class Queue:
 
     # --------------------------------------------------------------------------------------------------- files
 
-    def _new_name(self, folder: str) -> str:
-        base = folder.replace("/", "_")
-        number = 1
-        while f"{base}.{number}" in self._jobs or (self._folder / f"{base}.{number}.json").exists():
-            number += 1
-        return f"{base}.{number}"
-
-    def _progress_path(self, job: Job) -> str:
-        """The file of a job's progress."""
-        return str(self._folder / f"{job.name}.progress")
+    def _file(self, name: str, ending: str) -> Path:
+        return self._runs / FOLDER / f"{name}.{ending}"
 
     def _note(self, job: Job) -> None:
         with contextlib.suppress(OSError):
-            write_whole(self._folder / f"{job.name}.json", json.dumps(asdict(job)))
+            write_whole(self._file(job.name, "json"), json.dumps(asdict(job)))
 
     def _find(self) -> None:
         """Jobs of an earlier server: one whose process lives is attended, any other has ended."""
-        for path in self._folder.glob("*.json"):
+        folder = self._runs / FOLDER
+        for path in folder.glob("*.json"):
             try:
-                job = _JOB.validate_json(read_bytes(path, below=self._folder))
+                job = _JOB.validate_json(read_bytes(path, below=folder))
                 if job.name != path.stem or not (self._runs / job.folder).resolve().is_relative_to(self._runs):
                     continue
             except (OSError, ValueError):  # ValidationError is one
@@ -286,3 +306,68 @@ def _last_line(path: Path) -> str:
         return ""
     said = [line.strip() for line in lines if line.strip()]
     return one_line(said[-1]).removeprefix("seamap-rt: ") if said else ""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """line: what the command says. share: done of all, 0 to 1. turns: whole ones. left_s: None where nobody knows."""
+
+    line: str
+    share: float
+    turns: int
+    of: int
+    left_s: float | None
+
+
+def read_progress(path: Path, job: Job, now: float | None = None, pace: float | None = 1.0) -> Progress:
+    """Of a job, from the file of its progress. pace: of this machine over the guesses'; None where nobody knows."""
+    if job.state == "queued":
+        return Progress("waits", 0.0, 0, 0, None)
+    now = time.time() if now is None else now
+    lines, guess = _lines(path), None if pace is None else job.guess_s * pace or None
+    begun: dict[int, float] = {}  # when each turn began
+    of = 0
+    for when, words in lines:
+        if turn := _TURN.match(words):
+            begun.setdefault(int(turn[1]), when)
+            of = int(turn[2])
+    whole, starts = max(0, len(begun) - 1), [begun[number] for number in sorted(begun)]
+    share = 0.05 + 0.9 * whole / max(of, 1)
+    if job.over:
+        return Progress(job.reason or "done", 1.0, of if job.state == "done" else whole, of, 0.0)
+    if not lines:
+        return Progress("starting", 0.0, 0, 0, guess)
+    said, line = lines[-1]
+    if points := _POINTS.match(line):
+        done, of = int(points[1]), int(points[2])
+        left = (now - job.started) / done * (of - done) if done else None
+        return Progress(line, done / max(of, 1), done, of, left)
+    if time_left := _LEFT.search(line):
+        line = line[: time_left.start()]
+        if time_left[1]:
+            return Progress(line, share, whole, of, float(time_left[1]) * _SECONDS[time_left[2]])
+    if not starts:
+        return Progress(line, 0.02, 0, of, guess)
+    if not _TURN.match(line):  # comparing and drawing
+        return Progress(line, 0.97, of, of, None if pace is None else max(0.0, _AFTER_S * pace - (now - said)))
+    if not whole:
+        return Progress(line, share, 0, of, None if guess is None else max(0.0, guess - (now - job.started)) or None)
+    warm = starts[1:] if whole > 1 else starts  # the first turn compiles and builds
+    each = (warm[-1] - warm[0]) / (len(warm) - 1)
+    left = max(0.0, each * (of - whole) - (now - starts[-1])) + _AFTER_S * (pace or 1.0)
+    return Progress(line, share, whole, of, left)
+
+
+def _lines(path: Path) -> list[tuple[float, str]]:
+    """When each step began, and its words."""
+    try:
+        with open_file(path) as file:
+            text = file.read(_MOST_BYTES).decode("utf-8", "replace")
+    except (OSError, InputError):
+        return []
+    found = []
+    for line in text.split("\n"):
+        when, _, words = line.partition(" ")
+        with contextlib.suppress(ValueError):
+            found.append((float(when), words))
+    return found

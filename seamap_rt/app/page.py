@@ -1,26 +1,33 @@
-"""The page: its head, its places, what all open pages share, and the state of the browser tab that it is shown in."""
+"""The page: its head and its places, the state of the browser tab that it is shown in, and what all open pages share;
+and what its places are put together from: choices, sliders, figures as images, and a canvas for one drawing.
+
+A figure of the report is drawn in a process that draws, and shown as the same image with the same words.
+"""
 
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Coroutine, Iterable
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 
+from ..conventions import written
+from ..errors import InputError
 from ..io.scenefile import list_shipped
+from ..report.page_elements import Image, Picture
 from . import drawing
+from .folders import Roots, kind_of
 from .jobs import Queue
-from .runs import kind_of
-from .safety import Roots
 
 if TYPE_CHECKING:
     from ..scene import Scene
     from .draft import Draft
-
 
 _MOST_TABS = 50
 
@@ -39,20 +46,13 @@ class Tab:
     place: str = "Design"  # of the page
 
 
-@dataclass
 class ServerState:
-    """The page's own state, one a server."""
+    """The page's own state, one a server. runs: a folder that is there."""
 
-    roots: Roots
-    queue: Queue
-    tabs: dict[str, Tab] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, runs: Path) -> ServerState:
-        """runs: a folder that is there."""
-        shipped = next(iter(list_shipped().values())).parent
-        roots = Roots(runs.resolve(), (shipped,))
-        return cls(roots, Queue(roots.runs))
+    def __init__(self, runs: Path) -> None:
+        self.roots = Roots(runs.resolve(), (next(iter(list_shipped().values())).parent,))
+        self.queue = Queue(self.roots.runs)
+        self._tabs: dict[str, Tab] = {}
 
     def awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
@@ -69,10 +69,10 @@ class ServerState:
         """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""
         from .draft import Draft
 
-        tab = self.tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
-        self.tabs[name] = tab  # the one used last is the last
-        while len(self.tabs) > _MOST_TABS:
-            self.tabs.pop(next(iter(self.tabs)))
+        tab = self._tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
+        self._tabs[name] = tab  # the one used last is the last
+        while len(self._tabs) > _MOST_TABS:
+            self._tabs.pop(next(iter(self._tabs)))
         return tab
 
 
@@ -83,7 +83,7 @@ def load(module: str) -> None:
 
 PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
     "Design": ("design_view", "DesignView"),
-    "Runs": ("runs", "RunsView"),
+    "Runs": ("runs_view", "RunsView"),
     "See": ("see_view", "SeeView"),
     "Compare": ("compare_view", "CompareView"),
     "Trade": ("trade_view", "TradeView"),
@@ -128,41 +128,36 @@ class Page:
 
     def __init__(self, server: ServerState, tab: Tab, width: int, height: int, dark: bool) -> None:
         self.server, self.tab = server, tab
-        self.width, self.height, self.dark = width, height, dark  # of the window, pixels
+        self.width, self.height = width, height  # of the window, pixels
         self._holders: dict[str, ui.column] = {}
         self._made: dict[str, Any] = {}
-        self._build()
-
-    def _build(self) -> None:
         ui.add_css(_STYLE)
         ui.run_javascript(_SCRIPT)
         ui.colors(primary="#00588a", accent="#b34700", positive="#00664a", negative="#a8321a")
         with ui.header().classes("items-center py-0 px-3 gap-2 no-wrap").props("elevated"):
             ui.label("seamap_rt").classes("text-base font-bold gt-xs").props("role=heading aria-level=1")
-            self.tabs: Any = ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows")
-            self.tabs.classes("grow min-w-0").props('align="left"')
-            with self.tabs:
+            place: Any = tab.place  # which is given by its name
+            self._tabs = ui.tabs(value=place, on_change=self.enter).classes("grow min-w-0")
+            self._tabs.props('dense no-caps inline-label outside-arrows mobile-arrows align="left"')
+            with self._tabs:
                 for name in PLACES:
                     ui.tab(name).mark(f"place-{name}")
             ui.button(icon="dark_mode", on_click=self._turn_dark).props(
                 'flat dense round color=white aria-label="Light or dark"'
             )
-        self.tabs.value = self.tab.place
-        self._dark = ui.dark_mode(self.dark)
-        with ui.tab_panels(self.tabs, value=self.tab.place, animated=False, keep_alive=True).classes("w-full"):
+        self._dark = ui.dark_mode(dark)
+        with ui.tab_panels(self._tabs, value=tab.place, animated=False, keep_alive=True).classes("w-full"):
             for name in PLACES:
                 with ui.tab_panel(name).classes("p-2 sm:p-3"):
                     self._holders[name] = ui.column().classes("w-full")
-        self.tabs.on_value_change(lambda e: self._went(e.value))
-        self._went(self.tab.place)
 
-    def _went(self, name: str) -> None:
-        self.tab.place = name
-        ui.timer(0.0, self._enter, once=True)
+    @property
+    def dark(self) -> bool:
+        return bool(self._dark.value)
 
-    async def _enter(self) -> None:
-        """The view of the place that is shown is made when it is first gone to."""
-        name = self.tab.place
+    async def enter(self) -> None:
+        """Show the place that is chosen; its view is made when it is first gone to."""
+        name = self.tab.place = str(self._tabs.value)
         if name not in self._made:
             module, view = PLACES[name]
             loaded = await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
@@ -170,14 +165,14 @@ class Page:
                 return
             with self._holders[name]:
                 self._made[name] = getattr(loaded, view)(self)
-        self._made[name].enter()
+        await self._made[name].enter()
 
     def go(self, place: str) -> None:
         """Show another place."""
-        if self.tabs.value == place:
-            self._went(place)
+        if self._tabs.value == place:
+            background_tasks.create(self.enter(), context=self._holders[place])
         else:
-            self.tabs.value = place
+            self._tabs.value = place
 
     async def prepare(self) -> None:
         """Load the other places' views while the first one is read."""
@@ -195,10 +190,9 @@ class Page:
         self.tab.run, self.tab.turn = run, -1
         self.go("See")
 
-    def _turn_dark(self) -> None:
-        self.dark = not self.dark
-        self._dark.value = self.dark
-        self._went(self.tab.place)
+    async def _turn_dark(self) -> None:
+        self._dark.toggle()
+        await self.enter()
 
 
 async def show(server: ServerState) -> None:
@@ -213,4 +207,166 @@ async def show(server: ServerState) -> None:
         "[window.innerWidth, window.innerHeight, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
     )
     waiting.delete()
-    Page(server, server.tab(client.tab_id or client.id), int(width), int(height), bool(dark))
+    await Page(server, server.tab(client.tab_id or client.id), int(width), int(height), bool(dark)).enter()
+
+
+# ----------------------------------------------------------------------------------- what places are made of
+
+_COLUMNS = {  # of images: whether there are several, and whether they are small
+    (False, False): "",
+    (True, False): "2xl:grid-cols-2",
+    (True, True): "md:grid-cols-2 2xl:grid-cols-3 small-figures",
+}
+_WIDTHS = {"usual": "w-64 max-w-full", "wide": "w-96 max-w-full", "all": "grow min-w-0"}
+
+
+def choice(
+    label: str, mark: str, chosen: Callable[[], Any] | None = None, options: Any = (), width: str = "usual", **more: Any
+) -> ui.select:
+    """A list to choose from. chosen: called when a person has chosen. more: of `ui.select`."""
+    made = ui.select(options if options else {}, label=label, **more).mark(mark)
+    if chosen is not None:
+        made.on("update:model-value", chosen, [])
+    return made.props("dense outlined options-dense").classes(_WIDTHS[width])
+
+
+def slider(words: str, mark: str, moved: Callable[[], Any], least: int = 1, most: int = 2, at: int = 1) -> ui.slider:
+    """Whole numbers; words: for who does not see it. moved: called when a person has moved it."""
+    made = ui.slider(min=least, max=most, value=at, step=1).classes("grow min-w-0 mx-2").mark(mark)
+    made.on("update:model-value", moved, [], throttle=0.05)  # as its value is
+    made.props("label").props["aria-label"] = words
+    return made
+
+
+def count_on(made: ui.slider, count: int) -> None:
+    """So many there are, from 1; of one alone nothing can be chosen."""
+    made.props["max"] = max(count, 2)
+    made.set_enabled(count > 1)
+    made.update()
+
+
+def flat_button(words: str, icon: str, on_click: Callable[..., Any] | None = None, mark: str = "") -> ui.button:
+    return ui.button(words, icon=icon, on_click=on_click).props("flat dense no-caps").mark(mark)
+
+
+def round_button(words: str, icon: str, on_click: Callable[..., Any] | None = None) -> ui.button:
+    """An icon; words: for who does not see it."""
+    made = ui.button(icon=icon, on_click=on_click).props("flat dense round")
+    made.props["aria-label"] = words
+    return made
+
+
+def tile(words: str) -> tuple[ui.label, ui.row]:
+    """A figure under its words: these, and the row in which it is to stand."""
+    with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
+        return ui.label(words).classes("text-xs opacity-80"), ui.row().classes("items-baseline gap-1")
+
+
+def number(value: float, digits: int) -> str:
+    """As `written`, with separators from ten thousand on."""
+    return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
+
+
+def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
+    """Draw, for a light or a dark page; some tenths of a second each."""
+    return [each.image(dark) for each in pictures]
+
+
+class Images:
+    """A place for figures; one that is drawn anew keeps its element. columns: side by side where the window is wide;
+    small: which fit a phone."""
+
+    def __init__(self, *, columns: bool = False, small: bool = False) -> None:
+        self._place = ui.element("div").classes("w-full min-w-0 grid gap-2 grid-cols-1")
+        self._place.classes(_COLUMNS[small or columns, small])
+        self._shown: dict[str, tuple[ui.label, ui.element, ui.label]] = {}
+
+    def show(self, images: Iterable[Image]) -> None:
+        """These and no others."""
+        images = list(images)
+        if [each.name for each in images] != list(self._shown):
+            self._place.clear()
+            with self._place:
+                self._shown = {each.name: _parts(each.name) for each in images}
+        for each in images:
+            title, image, caption = self._shown[each.name]
+            title.set_text(each.title)
+            image.props["src"], image.props["alt"] = each.source, each.alt
+            caption.set_text(each.caption)
+
+
+def _parts(name: str) -> tuple[ui.label, ui.element, ui.label]:
+    with ui.column().classes("w-full min-w-0 gap-1"):
+        title = ui.label().classes("font-bold")
+        with ui.element("div").classes("w-full overflow-x-auto").props("tabindex=0"):  # a phone moves what is too wide
+            image = ui.element("img").classes("drawn-figure").mark(f"figure-{name}")
+        return title, image, ui.label().classes("text-xs opacity-80 max-w-5xl")
+
+
+class Canvas:
+    """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
+    says what is drawn; a question ends the one before it, whose answer is never shown.
+
+    grey: called with that line, and with "" when the answer stands.
+    """
+
+    def __init__(self, grey: Callable[[str], None]) -> None:
+        self._grey = grey
+        self._task: asyncio.Future[None] | None = None
+
+    @property
+    def busy(self) -> bool:
+        return self._task is not None and not self._task.done()
+
+    def drop(self, words: str) -> None:
+        """Nothing that is there, or comes, is asked for any more."""
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None
+        self._grey(words)
+
+    def ready(self) -> None:
+        """Called by a drawing: what stands is the answer, though more follows."""
+        self._grey("")
+
+    def ask(
+        self, words: str, drawing: Coroutine[Any, Any, None], refused: Callable[[Exception], None] | None = None
+    ) -> None:
+        """Draw as `show` does, without waiting for it. refused: is given why what is to be drawn cannot be read."""
+
+        async def answer() -> None:
+            try:
+                await self.show(words, drawing)
+            except (OSError, KeyError, IndexError, InputError) as error:
+                if refused is None:
+                    raise
+                refused(error)
+
+        self.drop(words)
+        background_tasks.create(answer(), name=words)
+
+    async def show(self, words: str, drawing: Coroutine[Any, Any, None]) -> None:
+        """Draw. drawing: shows what it has made itself; it is cancelled where it waits. Raises what it raises."""
+        self.drop(words)
+        task = self._task = asyncio.ensure_future(drawing)
+        try:
+            await task
+        except asyncio.CancelledError:
+            if task is self._task:  # the page has gone
+                raise
+        finally:
+            if task is self._task:
+                self._grey("")
+
+
+def make_stage() -> tuple[ui.column, Canvas]:
+    """A place for drawings, under the line that says what is drawn, and the canvas of it."""
+    line = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
+    stage = ui.column().classes("w-full min-w-0")
+
+    def grey(words: str) -> None:
+        line.set_text(words)
+        for each in (line, stage):
+            each.classes(add="stale") if words else each.classes(remove="stale")
+
+    return stage, Canvas(grey)

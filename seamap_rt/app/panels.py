@@ -1,12 +1,10 @@
-"""Parts of See: the section along a look; the report's figures of errors by range and of wave gauges; a shadowing
-study, and the sea on file in its pictures."""
+"""Parts of See: the section along a look, and the report's figures of errors by range and of a shadowing study."""
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,34 +14,75 @@ import xarray as xr
 from nicegui import ui
 from numpy.typing import NDArray
 
-from ..conventions import turn_name
-from ..errors import InputError
-from ..gauges import judge_one
-from ..io.opening import load, open_dataset, open_file
+from ..conventions import turn_name, wrap_degrees
+from ..io.opening import load, open_dataset
 from ..io.text import csv_text
-from ..io.turn_files import GrowingFile, read_whole_turns
+from ..metrics import counts
 from ..physics.shadowing import SEEN_DB
-from ..report import curves, style
+from ..report import curves, reduce, style
 from ..report import maps as report_maps
-from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
-from . import drawing, figures
-from .figures import Figure
-from .results import Results
-from .runs import address
-from .source import Section, Source
-from .widgets import Image, Images, choice, draw_images, number, slider, tile
+from . import drawing
+from .drawing import Figure
+from .page import Image, Images, choice, draw_images, slider, tile
+from .prospects import Prospects, prospects
+from .source import Source
 
 if TYPE_CHECKING:
-    from .prospects import Prospects
     from .see_view import SeeView
 
 
 Array = NDArray[np.float64]
+_BIN_M, _FEWEST = 10.0, 8  # by range
 
 
-_MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
+@dataclass(frozen=True)
+class Section:
+    """Heights along a look; arrays (gate,) in m. placed_m: where the retrieval put its heights."""
+
+    azimuth_deg: float
+    ground_m: Array
+    true: Array
+    visible: Array
+    placed_m: Array
+    retrieved: Array
+    spread: Array
+    antenna_m: float
+
+    @classmethod
+    def of(cls, source: Source, azimuth_deg: float, index: int) -> Section:
+        """Of a turn, the look that is nearest to an azimuth."""
+        results, ground = source.results, source.ground_m
+        look = int(np.argmin(np.abs(wrap_degrees(source.layout.azimuth - azimuth_deg))))
+
+        def along(name: str) -> Array:
+            known = results.has_truth if name.startswith("truth/") else results.has_maps
+            return results.field(name, index)[look].astype(np.float64) if known else np.full(ground.size, np.nan)
+
+        placed = along("maps/polar/ground_range")
+        return cls(
+            azimuth_deg=float(source.layout.azimuth[look] % 360.0),
+            ground_m=ground,
+            true=along("truth/polar/height"),
+            visible=along("truth/polar/visible_fraction"),
+            placed_m=np.where(np.isfinite(placed), placed, ground),
+            retrieved=along("maps/polar/height"),
+            spread=along("maps/polar/height_std"),
+            antenna_m=source.height_m,
+        )
+
+    def shadows(self) -> list[tuple[float, float]]:
+        """From where to where less than half is in sight."""
+        borders = reduce.edges(self.ground_m)
+        dark = np.nan_to_num(self.visible, nan=1.0) < 0.5
+        return [(float(borders[begin]), float(borders[end])) for begin, end in drawing.pieces(dark)]
+
+    def rays(self) -> list[tuple[float, float]]:
+        """Where rays over the crests meet the sea again: the first lit place behind each shadow, and its height."""
+        ends = (int(np.searchsorted(self.ground_m, end)) for _, end in self.shadows())
+        lit = (gate for gate in ends if gate < self.ground_m.size and np.isfinite(self.true[gate]))
+        return [(float(self.ground_m[gate]), float(self.true[gate])) for gate in lit]
 
 
 class SectionPanel:
@@ -53,38 +92,34 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            turned = lambda e: view.set_azimuth(float(e.value or 0.0))  # noqa: E731
-            self.slider = slider("Azimuth of the look", "azimuth", turned, 0, 359, round(view.azimuth) % 360)
-        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full")
-        self.plot.mark("section")
+            self.slider = slider("Azimuth of the look", "azimuth", self._turned, 0, 359, round(view.azimuth) % 360)
+        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("section")
+
+    def _turned(self) -> None:
+        self.view.set_azimuth(float(self.slider.value or 0.0))
 
     async def show(self, source: Source, turn: int) -> None:
-        made = await drawing.quick(section_of, source, self.view.azimuth, turn, self.view.page.dark)
+        made = await drawing.quick(section_graph, source, self.view.azimuth, turn, self.view.page.dark)
         self.plot.update_figure(made)
 
 
-def section_of(source: Source, azimuth_deg: float, turn: int, dark: bool) -> Figure:
-    """The section of a turn along a look."""
-    section = source.section(azimuth_deg, turn)
-    heights = np.abs(np.concatenate([section.true, section.retrieved]))
-    limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
-    return section_graph(section, limit, dark)
-
-
-def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
+def section_graph(source: Source, azimuth_deg: float, turn: int, dark: bool) -> Figure:
     """True and retrieved height along a look, shadows in grey, the antenna and its rays over the crests."""
+    section = Section.of(source, azimuth_deg, turn)
+    heights = np.abs(np.concatenate([section.true, section.retrieved]))
+    limit_m = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
     ground = section.ground_m
     order = np.argsort(section.placed_m)
     placed = section.placed_m[order]
     data: list[Figure] = []
     if np.isfinite(section.retrieved).any():
-        low, high = section.low[order], section.high[order]
+        middle, wide = section.retrieved[order], 1.96 * section.spread[order]
         data = [
-            *figures.band(placed, low, high, "± 1.96 stated errors", style.VERMILION, 0.2),
-            figures.line(placed, section.retrieved[order], "retrieved", style.VERMILION),
+            drawing.band(placed, middle - wide, middle + wide, "± 1.96 stated errors", style.VERMILION),
+            drawing.line(placed, middle, "retrieved", style.VERMILION),
         ]
     if np.isfinite(section.true).any():
-        data.insert(0, figures.line(ground, section.true, "true", figures.ink(dark)))
+        data.insert(0, drawing.line(ground, section.true, "true", drawing.ink(dark)))
     top = max(limit_m, section.antenna_m) * 1.1
     for x, y in section.rays():
         data.append({
@@ -103,12 +138,12 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
         for a, b in section.shadows()
     ]  # fmt: skip
     title = f"Along {section.azimuth_deg:.0f}°; grey: less than half in sight"
-    look = figures.layout(
-        dark, title, 420, shapes=shadows, margin=_MARGIN,
-        xaxis=figures.axis("Ground range (m)", dark, range=[0, float(ground[-1])]),
-        yaxis=figures.axis("Height (m)", dark, range=[-1.3 * limit_m, top]),
+    look = drawing.layout(
+        dark, title, 420, shapes=shadows, margin={"l": 50, "r": 10, "t": 30, "b": 66},
+        xaxis=drawing.axis("Ground range (m)", dark, range=[0, float(ground[-1])]),
+        yaxis=drawing.axis("Height (m)", dark, range=[-1.3 * limit_m, top]),
     )  # fmt: skip
-    return figures.figure(data, look, figures.CONFIG)
+    return drawing.figure(data, look, drawing.CONFIG)
 
 
 class Content(NamedTuple):
@@ -126,22 +161,19 @@ class FiguresPanel:
     whether the page is dark. label: of the choice."""
 
     def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
-        self._view, self._draw, self._filling = view, draw, False
-        self._of: tuple[Any, ...] = ()
+        self._view, self._draw = view, draw
+        self._folder: Path | None = None
         self._said = ui.label().props("role=status").mark("view-words")
-        self._choice = choice(label, "view-choice", on_change=self._chosen)
+        self._choice = choice(label, "view-choice", self._chosen)
         self._choice.set_visibility(False)
         self._images = Images(columns=True)
         self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4")
 
     async def show(self, *of: Any) -> None:
         """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
-        self._of = of
         drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
         self._said.set_text(drawn.words)
-        self._filling = True
         self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
-        self._filling = False
         self._choice.set_visibility(bool(drawn.choices))
         self._images.show(drawn.images)
         self._tiles.clear()
@@ -150,20 +182,69 @@ class FiguresPanel:
                 with tile(words)[1]:
                     ui.label(figure).classes("font-bold figure-value")
 
-    show_folder = show
+    async def show_folder(self, folder: Path) -> None:
+        self._folder = folder
+        await self.show(folder)
 
     def _chosen(self) -> None:
-        if self._filling:
-            return
-        if len(self._of) == 1:
-            self._view.draw_beside(self.show(*self._of), self._of[0].name)
-        else:
+        if self._folder is None:
             self._view.redraw()
+        else:
+            self._view.draw_study(self.show(self._folder))
+
+
+def _rms(values: Array) -> Any:
+    return np.sqrt(np.nanmean(np.square(values)))
+
+
+def _robust(error: Array) -> Any:
+    """1.4826 × the median absolute deviation, of what is known."""
+    return reduce.MAD_TO_STD * np.nanmedian(np.abs(error - np.nanmedian(error)))
+
+
+def by_range(source: Source, index: int) -> curves.ByRange:
+    """Errors of a turn by ground range, what it states of them, and how much is seen."""
+    results, field = source.results, source.results.field
+    blank = np.full((source.layout.azimuth.size, source.layout.range.size), np.nan)
+    retrieved, stated, visible, error, slope, slope_stated = [blank] * 6
+    if results.has_maps:
+        retrieved, stated = (field(f"maps/polar/{name}", index) for name in ("height", "height_std"))
+    counted = np.isfinite(retrieved)
+    if results.has_truth:
+        visible = field("truth/polar/visible_fraction", index)
+        error = retrieved - field("truth/polar/height", index)
+        flags = field("maps/polar/quality", index) if results.has_maps else np.zeros(blank.shape)
+        counted = counts(error, flags, visible)
+        if results.has("maps/polar/slope_range_std"):
+            slope = field("maps/polar/slope_range", index) - field("truth/polar/slope_range", index)
+            slope_stated = field("maps/polar/slope_range_std", index)
+    error, stated, slope, slope_stated = (
+        np.where(counted, each, np.nan) for each in (error, stated, slope, slope_stated)
+    )
+    edges = np.arange(0.0, source.ground_m[-1] + _BIN_M, _BIN_M)
+    place = np.searchsorted(edges, source.ground_m, side="right") - 1
+
+    def binned(values: NDArray[Any], of: Callable[[Array], Any] = np.nanmean) -> Array:
+        held = [values[:, place == bin_] for bin_ in range(edges.size - 1)]
+        return np.array([of(each) if np.isfinite(each).sum() >= _FEWEST else np.nan for each in held])
+
+    return curves.ByRange(
+        0.5 * (edges[1:] + edges[:-1]),
+        binned(error, _rms),
+        binned(error, _robust),
+        binned(error),
+        binned(stated, np.nanmedian),
+        binned(slope, _rms),
+        binned(slope_stated, np.nanmedian),
+        binned(visible),
+        binned(1.0 * np.isfinite(retrieved)),
+    )
 
 
 def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return Content("", draw_images(range_pictures({"": source.by_range(turn)}, source.expected()), dark))
+    expected = prospects(source.scene) if source.scene is not None else None  # by floors and closed forms
+    return Content("", draw_images(range_pictures({"": by_range(source, turn)}, expected), dark))
 
 
 def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -195,7 +276,7 @@ def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None
 
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
-    section, by_range = source.section(azimuth_deg, index), source.by_range(index)
+    section, errors = Section.of(source, azimuth_deg, index), by_range(source, index)
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     return csv_text([
         [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
@@ -204,7 +285,7 @@ def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
         [],
         ["errors by ground range, cells more than half visible"],
         ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
-        *_rows((by_range.centre_m, by_range.rms, by_range.bias, by_range.stated, by_range.visible, by_range.answered)),
+        *_rows((errors.centre_m, errors.rms, errors.bias, errors.stated, errors.visible, errors.answered)),
     ])  # fmt: skip
 
 
@@ -223,75 +304,6 @@ def turn_png(source: Source, index: int) -> bytes | None:
             xr.DataTree.from_dict({"/ground": tree["ground"].to_dataset().isel(turn).load()}) for tree in (seen, true)
         ]
     return style.png(report_maps.height_maps(scene, one[0], one[1]))
-
-
-_TURN = ("height", "height_std", "seen_time", "quality", "seen_true_height", "seen_cell_height")
-_FIGURES = (  # of `judge_one`: words, unit, digits
-    ("correlation", "Correlation with the wire", "", 3),
-    ("rms_error_m", "Error, rms", "m", 3),
-    ("stated_error_m", "Error that is stated", "m", 3),
-    ("bias_m", "Bias", "m", 3),
-    ("averaging_rms_m", "Of that by averaging over cells", "m", 3),
-    ("hs_wire_m", "Wave height by the wire", "m", 2),
-    ("hs_retrieved_m", "Wave height by the map", "m", 2),
-    ("answered", "Turns with a height", "%", 0),
-)
-
-
-def has_gauges(results: Results) -> bool:
-    """Whether a run writes, or wrote, what gauges read."""
-    path = results.folder / "gauges.nc"
-    return path.exists() or any(results.folder.glob(f".{path.name}*"))
-
-
-def read_gauges(results: Results) -> xr.Dataset:
-    """All whole turns (schema `gauges`), also while they grow. OSError where there are none yet."""
-    return read_whole_turns(results.folder / "gauges.nc", _read)
-
-
-def _read(file: GrowingFile) -> xr.Dataset:
-    def values(name: str) -> np.ndarray[Any, Any]:
-        return np.asarray(file.array(name)[:])
-
-    names = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values("gauge")]
-    variables: dict[str, Any] = {name: (("gauge", "turn"), values(name)) for name in _TURN if name in file}
-    variables |= {name: (("gauge",), values(name)) for name in ("east", "north")}
-    if "true_height" in file:
-        variables["true_height"] = ("gauge", "sample"), values("true_height")
-    coordinates = {"gauge": names, "turn": values("turn"), "time": (("sample",), values("time"))}
-    return xr.Dataset(variables, coordinates)
-
-
-def view_gauge(source: Source, turn: int, chosen: str | None, dark: bool) -> Content:
-    """What there is up to a turn of the gauge that is chosen, else of the first."""
-    if not has_gauges(source.results):
-        return Content(
-            "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it stands, "
-            "and run the design: its record of the surface is held against the map there."
-        )
-    read = read_gauges(source.results)
-    names = [str(each) for each in read["gauge"].values]
-    name = chosen if chosen in names else names[0]
-    gauge = read.sel(gauge=name)
-    east, north = (float(gauge[each]) for each in ("east", "north"))
-    place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
-    picture = gauge_picture(names.index(name), name, gauge, source.results.turns()[turn])
-    judged, figures = judge_one(gauge), []
-    for key, words, unit, digits in _FIGURES:
-        value = float(judged[key]) * (100.0 if unit == "%" else 1.0)
-        figures.append((words, f"{number(value, digits)} {unit}".strip()))
-    return Content(
-        place, draw_images([replace(picture, name="gauge")], dark), figures, {each: each for each in names}, name
-    )
-
-
-PICTURES = {  # that the sea on file has, with what they show
-    "from_mast.png": "The sea from the mast, rendered with the sun's light",
-    "sea_surface.png": "The sea from above",
-    "sea.gif": "The sea in motion",
-    "directional_spectrum.png": "Its spectrum by frequency and direction",
-}
-_MOST_TEXT = 20_000
 
 
 def read_shadowing(folder: Path) -> xr.Dataset:
@@ -320,53 +332,18 @@ def in_words(data: xr.Dataset, look: str) -> str:
     parts = []
     for height in data["height"].values:
         mast = data.sel(height=height, look=look)
-        half, smith = float(mast["look_r50"]), float(mast["look_r50_smith"]) if "look_r50_smith" in mast else np.nan
+        half, beside = float(mast["look_r50"]), {}
         where = f"beyond {half:.0f} m" if np.isfinite(half) else f"nowhere up to {float(data['range'][-1]):.0f} m"
-        beside = [("Smith", smith)]
         if "look_radar_r50" in mast:
             radar = mast["look_radar_r50"].sel(level=SEEN_DB)
-            beside = [
-                (str(each), float(radar.sel(polarization=each))) for each in radar["polarization"].values
-            ] + beside
-        known = ", ".join(f"{name} {to:.0f} m" for name, to in beside if np.isfinite(to))
+            beside = dict(zip(radar["polarization"].values, radar.values, strict=True))
+        if "look_r50_smith" in mast:
+            beside["Smith"] = float(mast["look_r50_smith"])
+        known = ", ".join(f"{name} {to:.0f} m" for name, to in beside.items() if np.isfinite(to))
         parts.append(f"{height:g} m: {where}" + (f" ({known})" if known else ""))
     level = f" VV and HH: where {SEEN_DB:g} dB are left of its power." if "level" in data else ""
     return f"Half of the sea is hidden, {LOOK_WORDS.get(look, look)}, from a mast of {'; '.join(parts)}.{level}"
 
 
 RangePanel = partial(FiguresPanel, draw=view_by_range)
-GaugePanel = partial(FiguresPanel, draw=view_gauge, label="Wave gauge")
 ShadowingPanel = partial(FiguresPanel, draw=view_shadowing, label="Look")
-
-
-class PicturedPanel:
-    """Pictures one below the other, then what was counted."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        self._place = ui.column().classes("w-full min-w-0 gap-3").mark("pictures")
-
-    async def show_folder(self, folder: Path) -> None:
-        """Of a folder below the runs."""
-        name = folder.relative_to(self.view.page.server.roots.runs).as_posix()
-        there = [each for each in PICTURES if (folder / each).is_file()]
-        text = await asyncio.to_thread(_text, folder / "statistics.txt")
-        self._place.clear()
-        with self._place:
-            if not there and not text:
-                ui.label("No picture is here yet.").classes("text-sm")
-            for each in there:
-                ui.label(PICTURES[each]).classes("font-bold")
-                stamp = (folder / each).stat().st_mtime_ns  # so that no older picture is shown
-                shown = ui.element("img").classes("max-w-full")
-                shown.props["src"], shown.props["alt"] = f"{address(name, each)}?at={stamp}", PICTURES[each]
-            if text:
-                ui.label(text).classes("w-full text-xs font-mono whitespace-pre overflow-x-auto").props("tabindex=0")
-
-
-def _text(path: Path) -> str:
-    try:
-        with open_file(path) as file:
-            return file.read(_MOST_TEXT).decode("utf-8", "replace")
-    except (OSError, InputError):
-        return ""

@@ -57,74 +57,42 @@ class Spectrum:
     lines: tuple[tuple[float, float, float], ...]
 
 
-@dataclass(frozen=True)
 class Prospects:
-    """What a scene is likely to do. Arrays (range,) along `ground_m`; figures by name with value, unit and digits.
+    """What a scene is likely to do. Arrays (range,) along `ground_m`; figures by name with value, unit and digits."""
 
-    ahead: the outlook, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
-    """
-
-    ahead: Outlook | None
-    why_not: str
-    ahead_ground_m: Array  # (range of ahead,)
-    figures: tuple[
-        tuple[str, str, float, str, int, int], ...
-    ]  # key, words, value, unit, digits, better: 1 more, −1 less
-    spectrum: Spectrum
-    beam_deg: Array  # elevation angles, up is positive
-    beam_db: Array  # one-way, over the peak
-    slant_m: Array
-    ground_m: Array
-    grazing_deg: Array
-    snr_db: Array  # of one pulse
-    noise_error_m: Array  # rms height by the receivers' noise alone
-    ambiguity_m: Array
-    smith: Array
-    wagner: Array
+    def __init__(self, scene: Scene) -> None:
+        radar = scene.radar
+        self.slant_m = slant = np.linspace(*window_of(scene), _POINTS)
+        self.ground_m = np.sqrt(slant**2 - radar.height_m**2)
+        snr = mean_sea(scene, slant)[0] * snr_of_unity(radar, slant)
+        self.snr_db = db(np.maximum(snr, 1e-12))  # of one pulse
+        noise = [noise_height_error(radar, float(s), float(r)) for s, r in zip(snr, slant, strict=True)]
+        self.noise_error_m = np.array(noise)  # rms height by the receivers' noise alone
+        self.ambiguity_m = 2.0 * np.pi * np.array([height_per_radian(radar, float(r)) for r in slant])
+        waves = ResolvedWaves.of(scene.sea, np.pi / resolution(scene.sea)) if scene.sea.waves else None
+        slope = waves.slopes_lost(np.inf) if waves is not None else 0.0
+        self.smith, self.wagner = analytic_share(self.ground_m, radar.height_m, slope)
+        self.ahead, self.why_not = _outlook(scene)  # None where the outlook refuses the scene, and why
+        far = self.ahead.range if self.ahead is not None else slant
+        self.ahead_ground_m = np.sqrt(np.maximum(far**2 - radar.height_m**2, 0.0))  # (range of ahead,)
+        self.beam_deg = np.linspace(-60.0, 30.0, 181)  # elevation angles, up is positive
+        cut = antenna(radar).voltage(0.0, np.radians(self.beam_deg)) ** 2
+        self.beam_db = np.maximum(db(np.maximum(cut, 1e-12)), -60.0)  # one-way, over the peak
+        self.figures = tuple(_figures(scene, slant, snr, self.noise_error_m, waves, self.ahead))
+        self.spectrum = _spectrum(scene)
 
     @property
     def values(self) -> dict[str, float]:
-        return {key: value for key, _, value, _, _, _ in self.figures}
+        return {key: value for key, _, value, *_ in self.figures}
 
 
 def prospects(scene: Scene) -> Prospects:
     """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
     with _LOCK:
-        return _prospects(scene)  # type: ignore[arg-type]  # frozen, and so hashable
+        return _kept(scene)  # type: ignore[arg-type]  # frozen, and so hashable
 
 
-@lru_cache(maxsize=64)
-def _prospects(scene: Scene) -> Prospects:
-    radar = scene.radar
-    slant = np.linspace(*window_of(scene), _POINTS)
-    snr = mean_sea(scene, slant)[0] * snr_of_unity(radar, slant)
-    noise = np.array([noise_height_error(radar, float(s), float(r)) for s, r in zip(snr, slant, strict=True)])
-    per_radian = np.array([height_per_radian(radar, float(r)) for r in slant])
-    waves = ResolvedWaves.of(scene.sea, np.pi / resolution(scene.sea)) if scene.sea.waves else None
-    slope = waves.slopes_lost(np.inf) if waves is not None else 0.0
-    ground = np.sqrt(slant**2 - radar.height_m**2)
-    smith, wagner = analytic_share(ground, radar.height_m, slope)
-    ahead, why_not = _outlook(scene)
-    far = ahead.range if ahead is not None else slant
-    elevation = np.linspace(-60.0, 30.0, 181)
-    cut = antenna(radar).voltage(0.0, np.radians(elevation)) ** 2
-    return Prospects(
-        ahead=ahead,
-        why_not=why_not,
-        ahead_ground_m=np.sqrt(np.maximum(far**2 - radar.height_m**2, 0.0)),
-        figures=tuple(_figures(scene, slant, snr, noise, waves, ahead)),
-        spectrum=_spectrum(scene),
-        beam_deg=elevation,
-        beam_db=np.maximum(db(np.maximum(cut, 1e-12)), -60.0),
-        slant_m=slant,
-        ground_m=ground,
-        grazing_deg=np.degrees(link.grazing_angle(radar, slant)),
-        snr_db=db(np.maximum(snr, 1e-12)),
-        noise_error_m=noise,
-        ambiguity_m=2.0 * np.pi * per_radian,
-        smith=smith,
-        wagner=wagner,
-    )
+_kept = lru_cache(maxsize=64)(Prospects)
 
 
 def _outlook(scene: Scene) -> tuple[Outlook | None, str]:
@@ -134,7 +102,7 @@ def _outlook(scene: Scene) -> tuple[Outlook | None, str]:
         return None, str(refusal)
 
 
-Figures = Iterator[tuple[str, str, float, str, int, int]]
+Figures = Iterator[tuple[str, str, float, str, int, int]]  # key, words, value, unit, digits; 1: better more, −1: less
 
 
 def _figures(

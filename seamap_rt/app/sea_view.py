@@ -7,9 +7,11 @@ be seen in a mirror; the rest is the light that comes back from within, lit as L
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import io
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -20,11 +22,14 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ..conventions import turn_name
+from ..errors import InputError
+from ..io.opening import open_file
 from ..report import style
-from . import drawing, figures
+from . import drawing
+from .folders import address
 from .maps_panel import PHONE
+from .page import flat_button, slider
 from .source import Source
-from .widgets import flat_button, slider
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -171,18 +176,21 @@ def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, ND
         seen &= distance <= (_AROUND * np.quantile(distance[known], 0.95) if known.any() else np.inf)
     step = max(1, -(-int(max(seen.any(axis=0).sum(), seen.any(axis=1).sum())) // _MOST))
     x, y, seen = source.layout.x[::step], source.layout.y[::step], seen[::step, ::step]
-    mapped = source.results.has_maps
-    name = "maps/ground/height" if mapped and (retrieved or not source.results.has_truth) else "truth/ground/height"
-    height = source.results.field(name, turn)[::step, ::step].astype(np.float64)
+    height = _heights(source, turn, retrieved)[::step, ::step]
     height = np.where(seen, height, np.nan)
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     down, along = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     x, y, height = x[along], y[down], height[down, along]
-    lit = np.ones(height.shape)
-    if source.results.has_truth:
-        lit = _in_sight(source, turn, x, y)
+    lit = _in_sight(source, turn, x, y) if source.results.has_truth else np.ones(height.shape)
     limit = float(np.nanquantile(np.abs(height), 0.995)) if np.isfinite(height).any() else 1.0
     return x, y, height, lit, max(limit, 0.05)
+
+
+def _heights(source: Source, turn: int, retrieved: bool) -> Array:
+    """(y, x): as they are, or as they were retrieved where that is asked for or all there is."""
+    results = source.results
+    true = results.has_truth and not (retrieved and results.has_maps)
+    return results.field("truth/ground/height" if true else "maps/ground/height", turn).astype(np.float64)
 
 
 def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> Array:
@@ -202,34 +210,33 @@ class SeaPanel:
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        self._camera = "above"
-        self._source: tuple[Source, int] | None = None
         with ui.row().classes("w-full items-center gap-3"):
-            toggle = ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
-            toggle.props('aria-label="Where one looks from"')
+            self._camera = ui.toggle(_VIEWS, value="above", on_change=view.redraw).props("dense no-caps").mark("camera")
+            self._camera.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
-        self.plot = ui.plotly(figures.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
+        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
             self._picture.props('alt="The sea as one sees it from the mast"')
             with ui.row().classes("w-full max-w-5xl items-center no-wrap gap-2"):
                 ui.label("Look").classes("text-sm")
                 at = round(view.azimuth) % 360
-                self._look = slider("Azimuth of the look", "mast-look", self._looked, 0, 359, at)
+                self._look = slider("Azimuth of the look", "mast-look", view.redraw, 0, 359, at)
         self._mast.set_visibility(False)
         self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
         with ui.row().classes("w-full items-center gap-2") as self._render:
-            flat_button("Render from the mast", icon="photo_camera", on_click=self._queue, mark="render")
+            queue = lambda: self._queue(*self._shown)  # noqa: E731
+            flat_button("Render from the mast", icon="photo_camera", on_click=queue, mark="render")
             ui.label(
                 "Some seconds: the run's own sea at this moment, with waves that no map resolves, by a ray tracer."
             ).classes("text-xs opacity-80")
 
     async def show(self, source: Source, turn: int) -> None:
         """The sea of a turn."""
-        self._source = source, turn
+        self._shown = source, turn
         self._retrieved.set_visibility(source.results.has_maps and source.results.has_truth)
         self._render.set_visibility(source.scene is not None)
-        mast = self._camera == "mast"
+        camera, mast = str(self._camera.value), self._camera.value == "mast"
         self.plot.set_visibility(not mast)
         self._mast.set_visibility(mast)
         retrieved = bool(self._retrieved.value)
@@ -245,7 +252,7 @@ class SeaPanel:
             return
         page = self.view.page
         self.plot.update_figure(
-            await drawing.slow(sea_figure, source, turn, retrieved, self._camera, page.dark, page.width < PHONE)
+            await drawing.slow(sea_figure, source, turn, retrieved, camera, page.dark, page.width < PHONE)
         )
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "
@@ -253,31 +260,18 @@ class SeaPanel:
             + "Heights are drawn three times too large."
         )
 
-    def _turned(self, event) -> None:
-        self._camera = event.value
-        self.view.redraw()
-
-    def _looked(self) -> None:
-        if self._camera == "mast":
-            self.view.redraw()
-
-    def _queue(self) -> None:
+    def _queue(self, source: Source, turn: int) -> None:
         """The sea on file at this moment, by the command line in a process of its own; seen when it is done."""
-        if self._source is None or self._source[0].scene is None:
-            return
-        source, turn = self._source
         scene, server = source.scene, self.view.page.server
-        assert scene is not None
-        number = source.results.turns()[turn]
         name = source.results.folder.relative_to(server.roots.runs).as_posix()
-        folder = f"{name}_sea_{turn_name(number).replace(' ', '')}"
-        if not server.awaited(folder):
+        folder = f"{name}_sea_{turn_name(source.results.turns()[turn]).replace(' ', '')}"
+        if scene is not None and not server.awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             server.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)
 
 
-def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool, narrow: bool) -> figures.Figure:
+def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool, narrow: bool) -> drawing.Figure:
     """The surface with the mast. camera: above or side. narrow: for a phone, from further away."""
     x, y, height, lit, limit = sea_surface(source, turn, retrieved)
     mast_m = source.height_m
@@ -289,7 +283,7 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
     }  # fmt: skip
     wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)
     axes = {
-        name: {"title": {"text": words}, "gridcolor": figures.faint(dark), "color": figures.ink(dark)}
+        name: {"title": {"text": words}, "gridcolor": drawing.faint(dark), "color": drawing.ink(dark)}
         for name, words in (("xaxis", "East (m)"), ("yaxis", "North (m)"), ("zaxis", "Height (m)"))
     }  # fmt: skip
     top = max(limit, mast_m)
@@ -300,11 +294,11 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
         "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
     }
     scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera, _FURTHER if narrow else 1.0)}
-    look = figures.layout(dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=camera)
-    return figures.figure([surface, mast], look, figures.CONFIG)
+    look = drawing.layout(dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=camera)
+    return drawing.figure([surface, mast], look, drawing.CONFIG)
 
 
-def _eye(camera: str, apart: float) -> figures.Figure:
+def _eye(camera: str, apart: float) -> drawing.Figure:
     """Where one looks from, in units of the box that is drawn, whose middle is 0. apart: how many times as far."""
     eye = (0.0, -0.75, 1.95) if camera == "above" else (0.9, -0.95, 0.35)
     return {"eye": {name: apart * at for name, at in zip("xyz", eye, strict=True)}, "up": {"x": 0, "y": 0, "z": 1}}
@@ -312,14 +306,12 @@ def _eye(camera: str, apart: float) -> figures.Figure:
 
 def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
     """What one sees at the antennas' height, a JPEG: of all cells, not of every second one."""
-    mapped = source.results.has_maps
-    true = source.results.has_truth and not (retrieved and mapped)
-    height = source.results.field("truth/ground/height" if true else "maps/ground/height", turn).astype(np.float64)
+    height = _heights(source, turn, retrieved)
     known = np.isfinite(height) | ~source.seen(turn)
     return mast_picture(height, source.layout.x, source.layout.y, known, max(source.height_m, 1.0), azimuth_deg)
 
 
-def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> figures.Figure:
+def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> drawing.Figure:
     """Two triangles a cell. Each point has the colour of its height, as bright as the sun makes it, and dark where it
     is hidden from the antennas."""
     rows, columns = height.shape
@@ -335,9 +327,51 @@ def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> 
     levels = np.rint(255.0 * colour).astype(int)
     east, north = np.meshgrid(x, y)
     return {
-        "type": "mesh3d", "x": figures.plain(east.ravel(), 4), "y": figures.plain(north.ravel(), 4),
-        "z": figures.plain(np.nan_to_num(flat), 3), "i": corners[:, 0].tolist(), "j": corners[:, 1].tolist(),
+        "type": "mesh3d", "x": drawing.plain(east.ravel(), 4), "y": drawing.plain(north.ravel(), 4),
+        "z": drawing.plain(np.nan_to_num(flat), 3), "i": corners[:, 0].tolist(), "j": corners[:, 1].tolist(),
         "k": corners[:, 2].tolist(), "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in levels],
         "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}, "flatshading": False,
         "hovertemplate": "%{x:.0f} m east, %{y:.0f} m north: %{z:.2f} m<extra></extra>",
     }  # fmt: skip
+
+
+PICTURES = {  # that the sea on file has, with what they show
+    "from_mast.png": "The sea from the mast, rendered with the sun's light",
+    "sea_surface.png": "The sea from above",
+    "sea.gif": "The sea in motion",
+    "directional_spectrum.png": "Its spectrum by frequency and direction",
+}
+_MOST_TEXT = 20_000
+
+
+class PicturedPanel:
+    """Pictures one below the other, then what was counted."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view = view
+        self._place = ui.column().classes("w-full min-w-0 gap-3").mark("pictures")
+
+    async def show_folder(self, folder: Path) -> None:
+        """Of a folder below the runs."""
+        name = folder.relative_to(self.view.page.server.roots.runs).as_posix()
+        there = [each for each in PICTURES if (folder / each).is_file()]
+        text = await asyncio.to_thread(_text, folder / "statistics.txt")
+        self._place.clear()
+        with self._place:
+            if not there and not text:
+                ui.label("No picture is here yet.").classes("text-sm")
+            for each in there:
+                ui.label(PICTURES[each]).classes("font-bold")
+                stamp = (folder / each).stat().st_mtime_ns  # so that no older picture is shown
+                shown = ui.element("img").classes("max-w-full")
+                shown.props["src"], shown.props["alt"] = f"{address(name, each)}?at={stamp}", PICTURES[each]
+            if text:
+                ui.label(text).classes("w-full text-xs font-mono whitespace-pre overflow-x-auto").props("tabindex=0")
+
+
+def _text(path: Path) -> str:
+    try:
+        with open_file(path) as file:
+            return file.read(_MOST_TEXT).decode("utf-8", "replace")
+    except (OSError, InputError):
+        return ""

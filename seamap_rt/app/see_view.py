@@ -7,28 +7,23 @@ import time
 from collections.abc import Callable, Coroutine
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from ..conventions import turn_name
+from ..conventions import turn_name, wrap_degrees
 from ..errors import InputError
 from . import drawing
-from .figures import MapPanels
+from .folders import MAPPED, find_runs, headline_of, kind_of, products_of
 from .forecast_view import ForecastPanel, IssuesPanel
-from .helm_view import HelmPanel
 from .maps_panel import MapsPanel
-from .panels import GaugePanel, PicturedPanel, RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
-from .results import Results
-from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
-from .sea_view import SeaPanel
-from .source import MAP_VIEWS, Source
-from .state_panel import StatePanel
-from .widgets import Canvas, choice, count_on, flat_button, grey_of, round_button, slider
-
-if TYPE_CHECKING:
-    from .page import Page
+from .page import Page, choice, count_on, flat_button, make_stage, round_button, slider
+from .panels import RangePanel, SectionPanel, ShadowingPanel, turn_csv, turn_png
+from .runs_view import offer_products
+from .sea_view import PicturedPanel, SeaPanel
+from .source import MAP_VIEWS, Results, Source
+from .waves_view import GaugePanel, HelmPanel, StatePanel
 
 VIEWS = {
     **MAP_VIEWS,
@@ -41,7 +36,6 @@ VIEWS = {
     "sea": "3-D",
 }
 _LOOK_S, _PLAY_S = 0.4, 0.05
-_GONE = (OSError, KeyError, IndexError)
 
 
 class SeeView:
@@ -57,8 +51,19 @@ class SeeView:
         self._study = ""  # a folder without turns that is shown
         self._products: list[str] = []  # that may be downloaded
         self._kinds: dict[str, str] = {}
-        self._head()
-        self._bar()
+        with ui.row().classes("w-full items-center gap-2"):
+            self._choice = choice("Run", "run-choice", self._choose)
+            with flat_button("Download", icon="download", mark="export"):
+                self._menu = ui.menu()
+            self._say = ui.label().classes("text-sm").props("role=status")
+        self._headline = ui.label().classes("font-bold").mark("verdict")
+        with ui.row().classes("w-full items-center gap-2 no-wrap") as self._controls:
+            self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
+            self._button.mark("play")
+            for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
+                round_button(words, icon=icon, on_click=partial(self._step, step))
+            self._slider = slider("Turn", "turn", lambda: self._to(int(self._slider.value or 1) - 1))
+            self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
         self._views: Any = ui.tabs().props("dense no-caps outside-arrows mobile-arrows align=left")
         with self._views:
             for name, words in VIEWS.items():
@@ -66,66 +71,42 @@ class SeeView:
         self._views.value = self.tab.view
         self._views.classes("w-full").on_value_change(self._view_chosen)
         self._empty = ui.label().classes("text-sm p-4")
-        drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
-        with ui.column().classes("w-full min-w-0") as self._stage:
+        stage, self.easel = make_stage()
+        with stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
                 self.maps = MapsPanel(page, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
-        self.easel = Canvas(grey_of(drawn, self._stage))
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 
-    def _head(self) -> None:
-        with ui.row().classes("w-full items-center gap-2"):
-            self._choice = choice("Run", "run-choice", on_change=lambda e: self._choose(e.value))
-            with flat_button("Download", icon="download", mark="export"):
-                self._menu = ui.menu()
-            self._say = ui.label().classes("text-sm").props("role=status")
-        self._headline = ui.label().classes("font-bold").mark("verdict")
-
-    def _bar(self) -> None:
-        with ui.row().classes("w-full items-center gap-2 no-wrap") as self._controls:
-            self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
-            self._button.mark("play")
-            for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
-                round_button(words, icon=icon, on_click=partial(self._step, step))
-            self._slider = slider("Turn", "turn", lambda e: self._to(e.value))
-            self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
-
     # ------------------------------------------------------------------------------------------------- the run
 
-    def enter(self) -> None:
-        """MapPanels again, perhaps with another run."""
-        ui.timer(0.01, self._enter, once=True)
-
-    async def _enter(self) -> None:
+    async def enter(self) -> None:
+        """Look for runs again, and open the one that is wanted."""
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] != "trade"]
         self._kinds = {entry.name: entry.kind for entry in entries}
         names: list[str] = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *self._kinds]))
         mapped = (name for name in names if self._kinds.get(name, "run") in MAPPED)
         self.tab.run = self.tab.run or next(mapped, "") or next(iter(names), "")
-        self._choice.set_options({name: self._named(name) for name in names}, value=self.tab.run or None)
+        kinds = {name: self._kinds.get(name, "run") for name in names}
+        options = {name: name if kind == "run" else f"{name} · {kind}" for name, kind in kinds.items()}
+        self._choice.set_options(options, value=self.tab.run or None)
         if not names:
             self._tell("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
         self._forget()
         await self._look()
 
-    def _named(self, name: str) -> str:
-        kind = self._kinds.get(name, "run")
-        return name if kind == "run" else f"{name} · {kind}"
-
-    def _choose(self, name: str | None) -> None:
-        if not name or name == self.tab.run:
-            return
+    def _choose(self) -> None:
+        name = self._choice.value
         if self._kinds.get(name) == "trade":
             self._choice.value = self.tab.run
             self.tab.trade = name
             self.page.go("Trade")
-            return
-        self.tab.run, self.tab.turn, self._azimuth = name, -1, None
-        self._forget()
+        elif name != self.tab.run:
+            self.tab.run, self.tab.turn, self._azimuth = name, -1, None
+            self._forget()
 
     def _forget(self) -> None:
         """What is shown, so that it is opened anew."""
@@ -162,7 +143,7 @@ class SeeView:
             turns = await asyncio.to_thread(source.results.turns)
             if source is not self.source or self.easel.busy:  # a run that grows waits for what is drawn
                 return
-        except (InputError, *_GONE) as refusal:
+        except (InputError, OSError, KeyError, IndexError) as refusal:
             if run == self.tab.run:
                 self.source = None
                 self._wait_for_it(str(refusal))
@@ -175,11 +156,8 @@ class SeeView:
         if turns != self._turns or not self._shown_key:
             at_end = self.tab.turn < 0 or self.tab.turn >= len(self._turns) - 1
             self._turns = turns
-            if at_end or self.tab.turn >= len(turns):
-                self.tab.turn = len(turns) - 1
             count_on(self._slider, len(turns))
-            self._slider.value = self.tab.turn + 1
-            self.redraw()
+            self._to(len(turns) - 1 if at_end else min(self.tab.turn, len(turns) - 1))
 
     def _is_study(self, folder: Path) -> bool:
         """Whether a folder has no turns but is shown all the same; then it is."""
@@ -194,20 +172,13 @@ class SeeView:
         with self._study_place:
             panel = _STUDIES[kind](self)
         self._place_shown(self._study_place)
-        self.draw_beside(panel.show_folder(folder), self._study)
+        self.draw_study(panel.show_folder(folder))
         return True
 
-    def draw_beside(self, shown: Coroutine[Any, Any, None], name: str) -> None:
-        """A drawing of a folder without turns."""
-
-        async def draw() -> None:
-            try:
-                await self.easel.show(f"drawing {name} …", shown)
-            except _GONE as error:
-                self._tell(f"{name}: cannot be read: {error}")
-
-        with self._stage:
-            ui.timer(0.0, draw, once=True)
+    def draw_study(self, shown: Coroutine[Any, Any, None]) -> None:
+        """A drawing of the folder without turns that is shown."""
+        name = self._study
+        self.easel.ask(f"drawing {name} …", shown, lambda error: self._tell(f"{name}: cannot be read: {error}"))
 
     def _place_shown(self, shown: Any) -> None:
         """One of the places, alone; turns and views where there are any."""
@@ -244,71 +215,55 @@ class SeeView:
 
     def redraw(self) -> None:
         """Show the turn that is wanted now; what another one's drawing gives is dropped."""
-        if name := self._name_turn():
-            self.easel.drop(f"drawing {name} …")
-        with self._stage:
-            ui.timer(0.0, self._draw, once=True)
+        source, view, turn = self.source, self.tab.view, self.tab.turn
+        name = self._name_turn()
+        if source is not None and name:
+            drawn = self._draw_turn(source, view, turn)
+            refused = lambda error: self._tell(f"This turn cannot be read: {error}")  # noqa: E731
+            self.easel.ask(f"drawing {VIEWS[view]}, {name} …", drawn, refused)
 
     def _name_turn(self, when: str = "") -> str:
-        there = self.source is not None and 0 <= self.tab.turn < len(self._turns)
-        name = turn_name(self._turns[self.tab.turn], self._of) if there else ""
+        """Show which turn it is, of as many as there will be; empty where there is none."""
+        name = ""
+        if self.source is not None and 0 <= self.tab.turn < len(self._turns):
+            scene = self.source.scene
+            whole = max(scene.turns if scene is not None else 0, len(self._turns))
+            name = turn_name(self._turns[self.tab.turn], whole)
         self._clock.set_text(name + when)
         return name
 
-    async def _draw(self) -> None:
-        source, view, turn = self.source, self.tab.view, self.tab.turn
-        if source is None or not 0 <= turn < len(self._turns):
-            return
-        try:
-            await self.easel.show(f"drawing {VIEWS[view]}, {self._name_turn()} …", self._draw_turn(source, view, turn))
-        except _GONE as error:
-            if (source, view, turn) == (self.source, self.tab.view, self.tab.turn):
-                self._tell(f"This turn cannot be read: {error}")
-
     async def _draw_turn(self, source: Source, view: str, turn: int) -> None:
         when = await asyncio.to_thread(source.results.time, turn)
-        if view in MAP_VIEWS:
-            self._show_maps(await drawing.quick(Source.view, source, view, turn), view)
-        else:
-            await self._show_curves(source, view, turn)
-        self._name_turn(f" · {when:.1f} s")
-
-    @property
-    def _of(self) -> int:
-        scene = self.source.scene if self.source is not None else None
-        return max(scene.turns if scene is not None else 0, len(self._turns))
-
-    def _show_maps(self, shown: MapPanels, view: str) -> None:
-        self._place_shown(self._maps_place)
         key = (self.tab.run, view, self.page.dark)
-        if key == self._shown_key:
-            self.maps.frame(shown)
-        else:
-            self._shown_key = key
-            self.maps.show(shown, self._look_line())
-
-    async def _show_curves(self, source: Source, view: str, turn: int) -> None:
-        dark = self.page.dark
-        key = (self.tab.run, view, dark)
         fresh = key != self._shown_key
-        self._place_shown(self._curves_place)
-        if fresh:
+        if view in MAP_VIEWS:
+            shown = await drawing.quick(Source.view, source, view, turn)
+            self._place_shown(self._maps_place)
             self._shown_key = key
-            self._curves_place.clear()
-            with self._curves_place:
-                self._panel: Any = _PANELS[view](self)
-        await self._panel.show(source, turn)
+            if fresh:
+                self.maps.show(shown, self._look_line(source))
+            else:
+                self.maps.frame(shown)
+        else:
+            self._place_shown(self._curves_place)
+            if fresh:
+                self._shown_key = key
+                self._curves_place.clear()
+                with self._curves_place:
+                    self._panel: Any = _PANELS[view](self)
+            await self._panel.show(source, turn)
+        self._name_turn(f" · {when:.1f} s")
 
     # ------------------------------------------------------------------------------------------------- the time
 
-    def _to(self, turn: float | None) -> None:
-        if turn is not None and int(turn) - 1 != self.tab.turn:
-            self.tab.turn = int(turn) - 1
-            self.redraw()
+    def _to(self, turn: int) -> None:
+        self.tab.turn = turn
+        self._slider.value = turn + 1
+        self.redraw()
 
     def _step(self, by: int) -> None:
         if self._turns:
-            self._slider.value = (self.tab.turn + by) % len(self._turns) + 1
+            self._to((self.tab.turn + by) % len(self._turns))
 
     def _toggle(self) -> None:
         self._playing = not self._playing and len(self._turns) > 1
@@ -333,7 +288,7 @@ class SeeView:
             scene, looks = self.source.scene, self.source.layout.azimuth
             into = scene.sea.waves[0] if scene is not None and scene.sea.waves else None
             wanted = getattr(into, "wave_from_deg", float(looks[looks.size // 2]))
-            self._azimuth = float(looks[np.argmin(np.abs((looks - wanted + 180.0) % 360.0 - 180.0))])
+            self._azimuth = float(looks[np.argmin(np.abs(wrap_degrees(looks - wanted)))])
         return self._azimuth or 0.0
 
     def set_azimuth(self, azimuth_deg: float) -> None:
@@ -345,20 +300,16 @@ class SeeView:
         self._azimuth = float(np.degrees(np.arctan2(east, north)) % 360.0)
         self._views.value = "section"
 
-    def _look_line(self) -> Any:
-        if self.source is None:
-            return None
-        far, angle = float(self.source.ground_m[-1]), np.radians(self.azimuth)
+    def _look_line(self, source: Source) -> Any:
+        far, angle = float(source.ground_m[-1]), np.radians(self.azimuth)
         return (0.0, 0.0), (float(far * np.sin(angle)), float(far * np.cos(angle)))
 
     # ------------------------------------------------------------------------------------------------- exporting
 
     def _fill_menu(self) -> None:
-        folder = self.page.server.roots.run(self.tab.run)
         self._menu.clear()
         with self._menu:
-            for name in products_of(folder):
-                ui.menu_item(name, on_click=partial(ui.navigate.to, address(self.tab.run, name), new_tab=True))
+            offer_products(self.page.server.roots.run(self.tab.run), self.tab.run)
             if self.source is not None:
                 ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
                 ui.menu_item("this turn's height maps (PNG)", on_click=self._png)

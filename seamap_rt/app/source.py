@@ -1,34 +1,182 @@
-"""A run's results as its views need them: panels of maps, the section along a look, curves against range."""
+"""A run's results, from its files: finished, growing, or left by a kill; and what views show of a turn: panels of maps,
+curves against range, what estimators of waves read. Memory holds few turns."""
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import wrap_degrees
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
-from ..metrics import counts
+from ..io.opening import LONG, read_json
+from ..io.scenefile import read_toml
+from ..io.turn_files import GrowingFile, part_of, read_whole_turns
 from ..report import maps, reduce, style
-from ..report.curves import ByRange
+from ..scene import Scene, scene_of
 from ..schema import SCHEMA
-from .figures import MapPanels, Panel, Raster, Scale, ground_raster, polar_raster
-from .prospects import Prospects, prospects
-from .results import Array, Results
+from .drawing import MapPanels, Panel, Raster, Scale, ground_raster, polar_raster
 
+Array = NDArray[np.floating]
+Result = TypeVar("Result")
 Panels = list[tuple[Panel, Array]]
+
+_KEPT_BYTES = 200e6  # of turns that were read
 MAP_VIEWS = {"heights": "Heights", "slopes": "Slopes", "polar": "Radar cells", "echo": "Echo"}
-_WIDE = 1.96
+_OF_WAVES = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "time")
+_OF_WAVES += ("antenna_x", "antenna_y")  # of a boat that moves
 
 
-_BIN_M, _FEWEST = 10.0, 8
+@dataclass(frozen=True)
+class Layout:
+    """What does not change from turn to turn: the cells of the maps."""
+
+    azimuth: NDArray[np.float64]  # (look,) degrees
+    range: NDArray[np.float64]  # (gate,) m, slant
+    x: NDArray[np.float64]  # (column,) m east
+    y: NDArray[np.float64]  # (row,) m north
+
+
+class Results:
+    """A folder of `run`, `simulate` or `retrieve`. Safe to use in several threads.
+
+    Raises InputError for a folder that holds no maps.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.maps, self.truth = folder, folder / "maps.nc", folder / "truth.nc"
+        if not (self.has_maps or self.has_truth):
+            raise InputError(f"{folder.name}: holds no maps; choose the folder of a run, or run it")
+        self._kept: OrderedDict[tuple[str, int], Array] = OrderedDict()
+        self._lock = threading.Lock()
+        self._open: dict[str, GrowingFile] = {}
+
+    # --------------------------------------------------------------------------------------------- what there is
+
+    @property
+    def has_truth(self) -> bool:
+        return self.truth.exists() or part_of(self.truth).exists()
+
+    @property
+    def has_maps(self) -> bool:
+        """Whether anything was retrieved: a simulation alone has the true sea and the echoes."""
+        return self.maps.exists() or part_of(self.maps).exists()
+
+    @property
+    def _main(self) -> Path:
+        """What there is in any case."""
+        return self.maps if self.has_maps else self.truth
+
+    @property
+    def growing(self) -> bool:
+        """Whether the maps, or what there is instead, are not finished."""
+        return not self._main.exists()
+
+    def turns(self) -> list[int]:
+        """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
+        try:
+            numbers = [int(each) for each in self._read(self._main, lambda file: file.array("polar/turn")[:])]
+            if self.has_truth and self.has_maps:
+                numbers = numbers[: self._read(self.truth, lambda file: len(file.array("polar/turn")))]
+        except OSError:
+            return []
+        return numbers
+
+    def layout(self) -> Layout:
+        """The cells of polar and ground maps. OSError before the first turn."""
+
+        def read(file: GrowingFile) -> Layout:
+            names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
+            return Layout(*(np.asarray(file.array(name)[:], dtype=np.float64) for name in names))
+
+        return self._read(self._main, read)
+
+    def scene(self) -> Scene | None:
+        """That was run; None of a retrieval, which knows none, and of a scene of another version."""
+        try:
+            return scene_of(read_toml(self.folder / "scene.toml"))
+        except InputError:
+            return None
+
+    def metrics(self) -> dict[str, Any]:
+        """Of a finished run; empty of another one."""
+        try:
+            content = read_json(self.folder / "metrics.json", most=LONG)
+        except (OSError, ValueError):
+            return {}
+        return content if isinstance(content, dict) else {}
+
+    # ----------------------------------------------------------------------------------------------------- turns
+
+    def field(self, name: str, index: int) -> Array:
+        """A field of a turn by its place from 0, as "maps/ground/height" or "truth/polar/visible_fraction".
+
+        Shape (row, column) or (look, gate). OSError, KeyError where there is none.
+        """
+        with self._lock:
+            if (name, index) in self._kept:
+                self._kept.move_to_end((name, index))
+                return self._kept[name, index]
+        values = self._read_of(name, lambda file, path: np.asarray(file.array(path)[index], dtype=np.float32))
+        with self._lock:
+            self._kept[name, index] = values
+            while len(self._kept) > 1 and sum(each.nbytes for each in self._kept.values()) > _KEPT_BYTES:
+                self._kept.popitem(last=False)
+        return values
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a field, named as for `field`."""
+        try:
+            return self._read_of(name, lambda file, path: path in file)
+        except OSError:
+            return False
+
+    def attributes(self, name: str) -> dict[str, Any]:
+        """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
+        found = self._read_of(name, lambda file, path: file.attributes(path))
+        return {key: _plain(each) for key, each in found.items()}
+
+    def time(self, index: int) -> float:
+        """When a turn began, s."""
+        return float(np.min(self._read(self._main, lambda file: file.array("polar/time")[index])))
+
+    def _read_of(self, name: str, read: Callable[[GrowingFile, str], Result]) -> Result:
+        tree, path = name.split("/", 1)
+        return self._read({"maps": self.maps, "truth": self.truth}[tree], lambda file: read(file, path))
+
+    def _read(self, path: Path, read: Callable[[GrowingFile], Result]) -> Result:
+        """Of a file that is finished, which stays open, or of one that grows."""
+        try:
+            with self._lock:
+                if path.name not in self._open and path.exists():
+                    self._open[path.name] = GrowingFile(path)
+                held = self._open.get(path.name)
+            return read_whole_turns(path, read) if held is None else read(held)
+        except (IndexError, ValueError) as error:
+            raise OSError(f"{path.name}: {error}") from None
+
+    def close(self) -> None:
+        """Close what is open."""
+        with self._lock:
+            for file in self._open.values():
+                file.close()
+            self._open.clear()
+
+
+def _plain(value: Any) -> Any:
+    """NetCDF keeps a number as an array of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
 class Source:
@@ -38,9 +186,8 @@ class Source:
     """
 
     def __init__(self, results: Results) -> None:
-        self.results, self.layout = results, results.layout()
+        self.results, self.layout, self.scene = results, results.layout(), results.scene()
         self.number = next(_NUMBERS)
-        self.scene = results.scene()
         self._rasters: dict[str, Raster] = {}
         self._scales: dict[str, Scale] = {}
         self._echoes: xr.Dataset | None = None
@@ -176,26 +323,6 @@ class Source:
             self._scales[name] = make()
         return self._scales[name]
 
-    # -------------------------------------------------------------------------------------------------- section
-
-    def section(self, azimuth_deg: float, index: int) -> Section:
-        """The look that is nearest to an azimuth."""
-        look = int(np.argmin(np.abs(wrap_degrees(self.layout.azimuth - azimuth_deg))))
-        field, ground = self.results.field, self.ground_m
-        missing = np.full(ground.size, np.nan)
-        known, mapped = self.results.has_truth, self.results.has_maps
-        placed = field("maps/polar/ground_range", index)[look] if mapped else missing
-        return Section(
-            azimuth_deg=float(self.layout.azimuth[look] % 360.0),
-            ground_m=ground,
-            true=field("truth/polar/height", index)[look].astype(np.float64) if known else missing,
-            visible=field("truth/polar/visible_fraction", index)[look].astype(np.float64) if known else missing,
-            placed_m=np.where(np.isfinite(placed), placed, ground).astype(np.float64),
-            retrieved=field("maps/polar/height", index)[look].astype(np.float64) if mapped else missing,
-            spread=field("maps/polar/height_std", index)[look].astype(np.float64) if mapped else missing,
-            antenna_m=self.height_m,
-        )
-
     def polar(self, index: int) -> xr.Dataset:
         """What estimators of waves read of a turn's polar map, (azimuth, range); of the truth's where no map is."""
         results = self.results
@@ -210,53 +337,6 @@ class Source:
         variables = {name: (table[name].dims[1:], each) for name, each in values.items()}
         return xr.Dataset(variables, coordinates, results.attributes(tree))
 
-    # ------------------------------------------------------------------------------------------------- by range
-
-    def by_range(self, index: int) -> ByRange:
-        """Errors of a turn by ground range, what it states of them, and how much is seen."""
-        field, ground = self.results.field, self.ground_m
-        blank_map = np.full((self.layout.azimuth.size, ground.size), np.nan)
-        spread, retrieved = (
-            field(f"maps/polar/{name}", index) if self.results.has_maps else blank_map
-            for name in ("height_std", "height")
-        )
-        edges = np.arange(0.0, ground[-1] + _BIN_M, _BIN_M)
-        place = np.searchsorted(edges, ground, side="right") - 1
-        centres = 0.5 * (edges[1:] + edges[:-1])
-        count, blank = centres.size, np.full(centres.size, np.nan)
-        known = np.isfinite(retrieved)
-        answered = _binned(known.astype(float), place, count, np.mean)
-        if not self.results.has_truth:
-            stated = _binned(np.where(known, spread, np.nan), place, count, np.nanmedian)
-            return ByRange(centres, blank, blank, blank, stated, blank, blank, blank, answered)
-        visible = field("truth/polar/visible_fraction", index)
-        error = retrieved - field("truth/polar/height", index)
-        flags = field("maps/polar/quality", index) if self.results.has_maps else np.zeros(visible.shape)
-        counted = counts(error, flags, visible)
-        error = np.where(counted, error, np.nan)
-        slope, slope_spread = blank_map, blank_map
-        if self.results.has("maps/polar/slope_range_std"):
-            slope = field("maps/polar/slope_range", index) - field("truth/polar/slope_range", index)
-            slope_spread = field("maps/polar/slope_range_std", index)
-        return ByRange(
-            centres,
-            _binned(error, place, count, _rms),
-            _binned(error, place, count, _robust),
-            _binned(error, place, count, np.nanmean),
-            _binned(np.where(counted, spread, np.nan), place, count, np.nanmedian),
-            _binned(np.where(counted, slope, np.nan), place, count, _rms),
-            _binned(np.where(counted, slope_spread, np.nan), place, count, np.nanmedian),
-            _binned(visible, place, count, np.nanmean),
-            answered,
-        )
-
-    def expected(self) -> Prospects | None:
-        """What its design was likely to do, for floors and closed forms; None of a retrieval."""
-        return prospects(self.scene) if self.scene is not None else None
-
-
-_OF_WAVES = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share", "time")
-_OF_WAVES += ("antenna_x", "antenna_y")  # of a boat that moves
 
 _NUMBERS = count()
 _MOST_OPEN = 4
@@ -270,62 +350,6 @@ def _opened_here(folder: Path, number: int) -> Source:
             _OPEN.pop(next(iter(_OPEN))).results.close()
     _OPEN[number] = _OPEN.pop(number)  # the one used last is the last
     return _OPEN[number]
-
-
-@dataclass(frozen=True)
-class Section:
-    """Heights along a look; arrays (gate,) in m. placed_m: where the retrieval put its heights."""
-
-    azimuth_deg: float
-    ground_m: Array
-    true: Array
-    visible: Array
-    placed_m: Array
-    retrieved: Array
-    spread: Array
-    antenna_m: float
-
-    @property
-    def low(self) -> Array:
-        return self.retrieved - _WIDE * self.spread
-
-    @property
-    def high(self) -> Array:
-        return self.retrieved + _WIDE * self.spread
-
-    def shadows(self) -> list[tuple[float, float]]:
-        """From where to where less than half is in sight."""
-        dark = np.concatenate(([False], np.nan_to_num(self.visible, nan=1.0) < 0.5, [False]))
-        begin, end = np.flatnonzero(dark[1:] & ~dark[:-1]), np.flatnonzero(dark[:-1] & ~dark[1:])
-        borders = reduce.edges(self.ground_m)
-        return [(float(borders[a]), float(borders[b])) for a, b in zip(begin, end, strict=True)]
-
-    def rays(self) -> list[tuple[float, float]]:
-        """Where rays over the crests meet the sea again: the first lit place behind each shadow, and its height."""
-        landed = []
-        for _, end in self.shadows():
-            gate = int(np.searchsorted(self.ground_m, end))
-            if gate < self.ground_m.size and np.isfinite(self.true[gate]):
-                landed.append((float(self.ground_m[gate]), float(self.true[gate])))
-        return landed
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.nanmean(np.square(values))))
-
-
-def _robust(error: Array) -> float:
-    """1.4826 × the median absolute deviation, of what is known."""
-    return reduce.MAD_TO_STD * float(np.nanmedian(np.abs(error - np.nanmedian(error))))
-
-
-def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> NDArray[np.float64]:
-    found = np.full(count, np.nan)
-    for number in range(count):
-        held = values[:, place == number]
-        if np.isfinite(held).sum() >= _FEWEST:
-            found[number] = float(of(held))
-    return found
 
 
 def _signed(true: Array, retrieved: Array, what: str) -> Scale:

@@ -8,31 +8,28 @@ from __future__ import annotations
 import asyncio
 import tomllib
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
+from ..io.process import duration
 from ..io.scenefile import apply_overrides
 from ..report import style
 from ..report.keys import words_of
 from ..scene import Scene, scene_of
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
-from . import figures
+from . import drawing
 from .draft import Field, parts_of
+from .folders import Roots, find_runs, safe_name
+from .maps_panel import point_of
+from .page import Page, choice, flat_button
 from .prospects import run_seconds
-from .runs import address, duration, find_runs, products_of
-from .safety import Roots, safe_name
-from .widgets import choice, flat_button
-
-if TYPE_CHECKING:
-    from .page import Page
-
+from .runs_view import offer_products
 
 MEASURES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -57,21 +54,12 @@ class Point:
 def read_points(folder: Path) -> list[Point]:
     """What is there of a trade's points. Files that are not whole are left out."""
     found = []
-    for number, path in enumerate(sorted((folder / "points").glob("*.json"))):
-        if number >= _MOST_FILES:
-            break
+    for path in sorted((folder / "points").glob("*.json"))[:_MOST_FILES]:
         try:
             content = read_json(path, below=folder)
             metrics = {k: float(v) for k, v in (content.get("metrics") or {}).items() if isinstance(v, int | float)}
-            found.append(
-                Point(
-                    dict(content["keys"]),
-                    int(content["seed"]),
-                    str(content["status"]),
-                    str(content.get("reason", "")),
-                    metrics,
-                )
-            )
+            keys, seed, status = dict(content["keys"]), int(content["seed"]), str(content["status"])
+            found.append(Point(keys, seed, status, str(content.get("reason", "")), metrics))
         except (OSError, ValueError, TypeError, KeyError, AttributeError):
             continue
     return found
@@ -111,7 +99,7 @@ def count_of(vary: list[str], seeds: int) -> int:
     return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
 
 
-def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | None:
+def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | None:
     """The measure against the first key, a curve for each value of the others: means over seeds, and every seed.
 
     None where no point has it yet.
@@ -126,32 +114,32 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
     colours = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
-    data: list[figures.Figure] = []
+    data: list[drawing.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]
         places = sorted(values, key=lambda each: (isinstance(each, str), each))
         label = ", ".join(name) or "mean over seeds"
         mean = [float(np.mean(values[place])) for place in places]
         data.append({
-            "type": "scatter", "mode": "lines+markers", "x": places, "y": figures.plain(mean),
-            "name": figures.text(label), "line": {"color": colour}, "marker": {"size": 9},
+            "type": "scatter", "mode": "lines+markers", "x": places, "y": drawing.plain(mean),
+            "name": drawing.text(label), "line": {"color": colour}, "marker": {"size": 9},
         })  # fmt: skip
         data.append({
             "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
-            "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
+            "y": drawing.plain([each for place in places for each in values[place]]), "name": "one seed",
             "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
-    look = figures.layout(
+    look = drawing.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(words_of(first).label, dark),
-        yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
+        xaxis=drawing.axis(words_of(first).label, dark),
+        yaxis=drawing.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
-    return figures.figure(data, look, figures.CONFIG)
+    return drawing.figure(data, look, drawing.CONFIG)
 
 
 def place_of(value: Any) -> Any:
     """Where a value stands on a graph's axis: a number, or words."""
-    return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else drawing.text(str(value))
 
 
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
@@ -201,16 +189,15 @@ class TradeView:
             ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = choice("Trade", "trade-choice", on_change=self._again)
-            self._measure = choice("Measure", "trade-measure", MEASURES, value=next(iter(MEASURES)))
-            self._measure.on_value_change(self._again)
+            self._choice = choice("Trade", "trade-choice", self._again)
+            self._measure = choice("Measure", "trade-measure", self._again, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
-        self._plot = ui.plotly(figures.nothing(page.dark)).classes("w-full").mark("trade-graph")
+        self._plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
-            self._point = choice("Point", "trade-point", width="wide", on_change=self._point_chosen)
+            self._point = choice("Point", "trade-point", self._point_chosen, width="wide")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
             flat_button("Use these values in Design", icon="edit", on_click=self._into_design, mark="trade-design")
@@ -228,13 +215,10 @@ class TradeView:
         values.props("dense outlined debounce=300").classes("w-56 max-w-full").mark(f"values-{number}")
         return key, values
 
-    def enter(self) -> None:
-        """MapPanels again."""
+    async def enter(self) -> None:
+        """Look for trades again."""
         self._count = -1
         self._counted()
-        ui.timer(0.01, self._enter, once=True)
-
-    async def _enter(self) -> None:
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind == "trade"]
         queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] == "trade"]
@@ -247,54 +231,53 @@ class TradeView:
 
     # ----------------------------------------------------------------------------------------------- asking
 
-    def _words(self) -> tuple[list[str], list[str], int]:
-        """What is varied, the command's words and how many points that is. InputError, ValueError where it is none."""
+    def _words(self) -> tuple[list[str], list[str], float]:
+        """What is varied, the command's words, and how long it is guessed to take [s]; says that, and how many points
+        it is. Raises InputError, ValueError where it is none."""
+        scene, pace = self.tab.draft.scene, self.page.server.queue.pace("trade")
         vary = [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
         seeds = int(self._seeds.value or 0)
         words = command_words(vary, seeds, self._at_most.value)
         if not vary:
             raise InputError("Choose a key, and its values in the units of the scene file.")
-        return vary, words, count_of(vary, seeds)
+        points = count_of(vary, seeds)
+        guess_s = points * run_seconds(scene) / 2.0 if scene is not None else 0.0
+        if scene is None:
+            self._said.set_text(f"{points} points")
+        elif pace is None:
+            self._said.set_text(f"{points} points; guessed to take {duration(guess_s)} (no trade was run here)")
+        else:
+            self._said.set_text(f"{points} points, about {duration(guess_s * pace)}")
+        return vary, words, guess_s
 
-    def _counted(self, _: Any = None) -> None:
+    def _counted(self) -> None:
         """How many points that is, or why it is none."""
         try:
-            *_, count = self._words()
-            scene = self.tab.draft.scene
-            self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
+            self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
 
-    def _time(self, guess_s: float) -> str:
-        pace = self.page.server.queue.pace("trade")
-        if pace is None:
-            return f"; guessed to take {duration(guess_s)} (no trade was run here)"
-        return f", about {duration(guess_s * pace)}"
-
     def _trade(self) -> None:
         scene, server = self.tab.draft.scene, self.page.server
-        if scene is None:
-            self._said.set_text("The design does not stand yet: mend in Design what is marked.")
-            return
         try:
-            vary, words, count = self._words()
+            if scene is None:
+                raise InputError("The design does not stand yet: mend in Design what is marked.")
+            vary, words, guess_s = self._words()
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
         folder = server.free_folder(f"{scene.name}-trade")
-        guess = count * run_seconds(scene) / 2.0
-        server.queue.add(
-            ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
-        )
+        words = ["trade", "{scene}", *words, "--out", "{out}"]
+        server.queue.add(", ".join(vary), folder, scene.to_toml(), words, guess_s)
         self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
         self._count = -1
         self._said.set_text(f"Queued as {folder}: its points appear below.")
 
     # ---------------------------------------------------------------------------------------------- showing
 
-    def _again(self, _: Any) -> None:
+    async def _again(self) -> None:
         self._count = -1
-        ui.timer(0.0, self._look, once=True)
+        await self._look()
 
     async def _look(self) -> None:
         name = self._choice.value
@@ -321,37 +304,30 @@ class TradeView:
             self._plot.update_figure(made)
         text = await asyncio.to_thread(advice, folder)
         self._note.set_text(" ".join([text + "." if text else "", _words(points)]).strip())
-        self._fill_points()
+        done = {i: words_of_point(each) for i, each in enumerate(points) if each.status == "done"}
+        self._chosen_row.set_visibility(bool(done))  # to be chosen by the keyboard too
+        self._point.set_options(done, value=self._point.value if self._point.value in done else next(iter(done), None))
+        self._point_chosen()
         self._menu.clear()
         with self._menu:
-            for product in products_of(folder):
-                ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
+            offer_products(folder, name)
 
     # ------------------------------------------------------------------------------------------------ one point
 
-    def _fill_points(self) -> None:
-        """The points that are done, to be chosen by the keyboard too."""
-        done = {i: words_of_point(each) for i, each in enumerate(self._points) if each.status == "done"}
-        self._chosen_row.set_visibility(bool(done))
-        value = self._point.value if self._point.value in done else next(iter(done), None)
-        self._point.set_options(done, value=value)
-        self._point_chosen()
-
     def _clicked(self, event: events.GenericEventArguments) -> None:
         """A point of the graph becomes the chosen one: of several seeds the one that is nearest to what was clicked."""
-        try:
-            at = event.args["points"][0]
-            place, value = at["x"], float(at["y"])
-        except (KeyError, IndexError, TypeError, ValueError):
+        pointed = point_of(event)
+        if pointed is None:
             return
-        measure = str(self._measure.value)
-        near = [
-            i
+        (place, value), measure = pointed, str(self._measure.value)
+        there = {
+            i: each.metrics.get(measure, float("inf"))
             for i, each in enumerate(self._points)
             if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
-        ]
-        if near:
-            self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))
+        }
+        if there:
+            self._point.value = min(there, key=lambda i: abs(there[i] - value))
+            self._point_chosen()
 
     @property
     def _chosen_point(self) -> Point | None:

@@ -83,8 +83,7 @@ def run(
         raise InputError(f"--stream {stream}: sends forecasts; give --predict too")
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
-    from ..report.headline import forecast_line, verdict, window_line
-    from ..report.sea_statistics import warnings
+    from ..report.headline import forecast_line, verdict, warnings, window_line
     from ..session import Stream
     from ..session import run as run_scene
     from ..session.report_process import ReportProcess, is_compiled

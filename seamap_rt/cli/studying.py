@@ -135,7 +135,7 @@ def trade(
     """
     loaded = scene_of(scene, set_)
     from ..studies.paired import seconds
-    from ..studies.trade import write_trade
+    from ..studies.sweep import write_trade
     from ..studies.vary import parse_varies
 
     varied, budget_s = parse_varies(vary), seconds(budget) if budget is not None else None

@@ -53,6 +53,7 @@ _CENTRES = np.arange(0, ROWS, 4)  # rows in whose middle cells are taken
 _AROUND_M = 9.0  # along the look: what a cell's height is found from
 _SMOOTH_M = 25.0  # of ranges over which few cells' scatter is averaged
 _HALF = 0.5  # of a cell in sight, for it to count
+_RADII = ("fully_measured_radius_m", "reach_m", "reach_to_the_end")
 
 _VARIABLES = {
     "visible_fraction": ("1", "share of the sea's horizontal area that both antennas see"),
@@ -117,11 +118,8 @@ def outlook(scene: SceneLike) -> xr.Dataset:
         "range": ("range", found.range, {"units": "m", "long_name": "slant range"}),
         "polarization": list(POLARIZATIONS),
     }
-    return xr.Dataset(variables, coordinates, {**found.figures, **_attributes(found)})
-
-
-def _attributes(found: Outlook) -> dict[str, Any]:
-    return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
+    about = {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
+    return xr.Dataset(variables, coordinates, {**found.figures, **about})
 
 
 @one_blas_thread()
@@ -141,21 +139,20 @@ def estimate_outlook(scene: Scene) -> Outlook:
     sea, slope = waves.elevation_variance, waves.slope_variance
     surface = strips(waves, design.ranges[-1] + design.cell_m, 2.0 * np.pi / limit)
     looks = np.tile(surface.azimuth, STARTS)
-    edges = (
-        _at_ground(design.ranges - 0.5 * design.cell_m, radar.height_m),
-        _at_ground(design.ranges + 0.5 * design.cell_m, radar.height_m),
-    )
+    slant = (design.ranges + side * design.cell_m for side in (-0.5, 0.5))
+    near, far = (np.sqrt(np.maximum(each**2 - radar.height_m**2, 0.0)) for each in slant)
     table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
     in_sight, facing = _unhidden(scene, limit, surface.azimuth)
     motion = Motion.of(scene, radar, waves)
     eye = radar.height_m - 0.5 * design.baseline + (np.zeros(STARTS) if motion is None else motion.rise)
-    seen = sight(surface, eye, edges, table * facing, in_sight)
+    seen = sight(surface, eye, (near, far), table * facing, in_sight)
     nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
     cell, dwell, window = (_across(width) for width in _widths(design))
     unity = snr_of_unity(radar, design.ranges, None if motion is None else motion.lean)
     unity = np.broadcast_to(unity, (looks.size, design.ranges.size))[:, None]
     visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
-    inside = np.flatnonzero(_in_sector(looks, radar.sector_deg))
+    (start, stop), beside = radar.sector_deg, 180.0 / LOOKS  # looks less than half a step beside the sector count
+    inside = np.flatnonzero((looks - start + beside) % 360.0 <= min(360.0, stop - start + 2.0 * beside))
     counts = visible > _HALF
     heard = _above_noise(design, _rows(nrcs, window) * unity, settings.min_snr_db)
     spectrum = Spectrum.of(waves)
@@ -179,8 +176,11 @@ def estimate_outlook(scene: Scene) -> Outlook:
             db(np.maximum(snr.mean(axis=(0, 1)), 1e-30)),
         )
     water = permittivity_of(scene.scattering, radar.frequency_hz)
-    radar_visible = radar_sight(surface, eye, edges, water, design.wavelength)[:, inside].mean(axis=1)
-    figures = _radii(design.ranges, quality) | _half_ranges(design.ground, profile[0], radar_visible)
+    radar_visible = radar_sight(surface, eye, (near, far), water, design.wavelength)[:, inside].mean(axis=1)
+    even, none = np.ones(design.ranges.size), np.zeros(design.ranges.size)
+    measured = CoverageProfile(design.ranges, quality, even, even, none).figures
+    figures: dict[str, Any] = {name: measured[name] for name in _RADII}
+    figures |= _half_ranges(design.ground, profile[0], radar_visible)
     at_rest = scene.model_copy(update={"platform": PlatformSettings(heading_deg=scene.platform.heading_deg)})
     figures["radius_at_rest_m"] = (figures if motion is None else estimate_outlook(at_rest).figures)[
         "fully_measured_radius_m"
@@ -199,12 +199,6 @@ def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
     return in_sight, facing if scene.scattering.nrcs == "two_scale" else in_sight
 
 
-def _radii(ranges: Array, quality: Array) -> dict[str, Any]:
-    even, none = np.ones(ranges.size), np.zeros(ranges.size)
-    figures = CoverageProfile(ranges, quality, even, even, none).figures
-    return {name: figures[name] for name in ("fully_measured_radius_m", "reach_m", "reach_to_the_end")}
-
-
 def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[str, float]:
     """Ground ranges [m] to which half is visible; NaN where more or less is, all over the window."""
     found = half_range(ground, np.vstack((visible, radar_visible)))
@@ -219,17 +213,6 @@ def _left_out(scene: Scene) -> str:
         "diffraction": scene.tracing.diffraction != "none",
     }
     return ", ".join(name for name, is_there in left.items() if is_there)
-
-
-def _in_sector(looks: Array, sector_deg: tuple[float, float]) -> NDArray[np.bool_]:
-    """Of looks [deg] those within the sector, or less than half a step beside it."""
-    start, stop = sector_deg
-    beside = 180.0 / LOOKS
-    return (looks - start + beside) % 360.0 <= min(360.0, stop - start + 2.0 * beside)
-
-
-def _at_ground(slant: Array, height: float) -> Array:
-    return np.sqrt(np.maximum(slant**2 - height**2, 0.0))
 
 
 def _widths(design: Design) -> tuple[Array, Array, Array]:

@@ -80,6 +80,11 @@ class Strips:
     def step(self) -> float:
         return float(self.distance[1] - self.distance[0])
 
+    def steps(self, edges: tuple[Array, Array]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """First and last (gate,) of the steps between distances [m], at least one apart."""
+        first, last = (np.clip(np.rint(each / self.step), 0, self.distance.size - 1).astype(np.int64) for each in edges)
+        return first, np.maximum(last, first + 1)
+
 
 def azimuths() -> Array:
     """Of the looks, deg."""
@@ -182,10 +187,8 @@ def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Ar
     gates begin and end, (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight:
     likewise, the share of what the strips light that shorter waves leave in sight. Strips repeat.
     """
-    steps = strips.distance.size
-    first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
-    last = np.maximum(last, first + 1)
-    starts = np.arange(STARTS) * (steps // STARTS)
+    first, last = strips.steps(edges)
+    starts = np.arange(STARTS) * (strips.distance.size // STARTS)
     shape = (STARTS * LOOKS, ROWS, first.size)
     eyes = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS).copy()
     made = Sight(*(np.empty(shape, np.float32) for _ in Sight._fields))
@@ -199,9 +202,7 @@ def radar_sight(
 ) -> Array:
     """Share (polarization, place and look, gate) of the water that a radar sees in each of `POLARIZATIONS`: what
     returns `SEEN_DB` or more of its two-way power when lit. Arguments as of `sight`."""
-    steps = strips.distance.size
-    first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
-    last = np.maximum(last, first + 1)
+    steps, (first, last) = strips.distance.size, strips.steps(edges)
     corner = np.arange(last[-1] + 1)
     heights = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS)
     shape = len(POLARIZATIONS), STARTS, LOOKS, _PROFILES.size

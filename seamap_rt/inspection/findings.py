@@ -33,6 +33,12 @@ def judged(what: str, doubtful: bool, says: str, remedy: str) -> Finding:
     return Finding(what, "doubtful", says, remedy) if doubtful else Finding(what, "good", says)
 
 
+def rings(distance: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    """Number of the ring of each cell (n,), of so many rings of equally many cells by distance."""
+    edges = np.quantile(distance, np.linspace(0.0, 1.0, count + 1))
+    return np.clip(np.searchsorted(edges, distance, "right") - 1, 0, count - 1)
+
+
 _FEWEST = 0.05  # of the cells
 _STEEPEST = 0.5  # of the mast's height, by the waves' standard deviation: as high a sea washes over the antenna
 
@@ -78,22 +84,17 @@ def scan(echoes: xr.Dataset) -> list[Finding]:
     """Of all turns; time and azimuth are read, voltages are not."""
     time, azimuth = (np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth"))
     turn = np.asarray(echoes["turn"].values)
-    found = [_missing(echoes, time, turn)]
-    if str(echoes.attrs.get("scan", "turning")) == "turning":
-        found += [_speed(echoes), _evenness(echoes, time, azimuth, turn)]
-    return found
-
-
-def _speed(echoes: xr.Dataset) -> Finding:
-    """Times in another unit than seconds make an antenna that no radar has."""
+    missing = _missing(echoes, time, turn)
+    if str(echoes.attrs.get("scan", "turning")) != "turning":
+        return [missing]
     rpm, rate = (float(echoes.attrs[name]) for name in ("rotation_rpm", "prf_hz"))
-    least, most = _TURNS
-    return judged(
+    speed = judged(  # times in another unit than seconds make an antenna that no radar has
         "speed of the scan",
-        not least <= rpm <= most or rate < _LEAST_PRF,
+        not _TURNS[0] <= rpm <= _TURNS[1] or rate < _LEAST_PRF,
         f"{rpm:.3g} turns a minute, {rate:.4g} pulses a second",
         "check that time is in seconds and azimuth in degrees, and rotation_rpm",
     )
+    return [missing, speed, _evenness(echoes, time, azimuth, turn)]
 
 
 def _missing(echoes: xr.Dataset, time: np.ndarray, turn: np.ndarray) -> Finding:
@@ -235,15 +236,14 @@ def _fall(polar: xr.Dataset) -> Finding:
     if np.count_nonzero(known) < _FEWEST_CELLS:
         return Finding(what, "unknown", "too few cells echo over a known noise")
     level, out = snr[known], np.log10(distance[known])
-    edges = np.quantile(out, np.linspace(0.0, 1.0, _RINGS + 1))
-    ring = np.clip(np.searchsorted(edges, out, "right") - 1, 0, _RINGS - 1)
-    far = [each for each in range(_RINGS // 4, _RINGS) if np.count_nonzero(ring == each) >= _FEWEST_CELLS // _RINGS]
-    middle = {each: float(np.median(level[ring == each])) for each in far}
-    far = [each for each in far if middle[each] > _CLEAR_DB]  # near the noise what is detected is what it lifts
-    where = np.array([np.median(out[ring == each]) for each in far])
-    if where.size < 3 or 10.0 ** float(np.ptp(where)) < _LEAST_SPAN:
+    ring = rings(out, _RINGS)
+    parts = [ring == each for each in range(_RINGS // 4, _RINGS)]
+    parts = [part for part in parts if np.count_nonzero(part) >= _FEWEST_CELLS // _RINGS]
+    middles = [(np.median(out[part]), np.median(level[part])) for part in parts]
+    clear = np.array([each for each in middles if each[1] > _CLEAR_DB])  # near the noise it lifts what is detected
+    if len(clear) < 3 or 10.0 ** float(np.ptp(clear[:, 0])) < _LEAST_SPAN:
         return Finding(what, "unknown", "the echoes span too little range")
-    exponent = float(np.polyfit(where, np.array([middle[each] for each in far]) / 10.0, 1)[0])
+    exponent = float(np.polyfit(clear[:, 0], clear[:, 1] / 10.0, 1)[0])
     return judged(
         what,
         exponent > _FLATTEST,

@@ -19,7 +19,7 @@ from ..conventions import SPEED_OF_LIGHT
 from ..dataset import QUALITY_FLAGS
 from ..interferometry.retrieval import retrieve_one
 from ..settings import RetrievalSettings
-from .findings import Finding, judged
+from .findings import Finding, judged, rings
 
 Array = NDArray[np.float64]
 
@@ -67,8 +67,7 @@ class Level:
             return None
         sector = np.broadcast_to(np.arange(height.shape[1])[:, None] * _SECTORS // height.shape[1], height.shape)
         height, distance, sector = height[known], distance[known], sector[known]
-        edges = np.quantile(distance, np.linspace(0.0, 1.0, _RINGS + 1))
-        ring = np.clip(np.searchsorted(edges, distance, "right") - 1, 0, _RINGS - 1)
+        ring = rings(distance, _RINGS)
         rows, scatter = [], []
         for number in range(_RINGS):
             here = height[ring == number]
@@ -113,9 +112,8 @@ def sign(turn: xr.Dataset, settings: RetrievalSettings, level: Level | None) -> 
     others = {}
     for remedy, turned in _OTHER_SIGNS.items():
         voltage = np.ascontiguousarray(turned(turn["voltage"].values))
-        other = Level.of(
-            retrieve_one(turn.assign(voltage=(turn["voltage"].dims, voltage)), settings)["polar"].to_dataset()
-        )
+        maps = retrieve_one(turn.assign(voltage=(turn["voltage"].dims, voltage)), settings)
+        other = Level.of(maps["polar"].to_dataset())
         if other is not None:
             others[remedy] = other.rms
     least = min(others.values(), default=np.inf)

@@ -44,8 +44,9 @@ def receivers(turn: xr.Dataset) -> Finding:
         _silent(lower, upper)
         or (_same(lower, upper) if both else None)
         or (_one_conjugated(lower, upper) if both else None)
-        or (_constant(lower, upper) if turning else None)
-        or _real(lower, upper)
+        or ((_constant("lower", lower) or _constant("upper", upper)) if turning else None)
+        or _real("lower", lower)
+        or _real("upper", upper)
         or (_displaced(lower, upper) if both else None)
         or Finding(_WHAT, "good", "two complex voltages of the same gates")
     )
@@ -78,11 +79,9 @@ def _silent(lower: Complex, upper: Complex) -> Finding | None:
     most = max(powers.values())
     if most == 0.0:
         return Finding(_WHAT, "wrong", "both are zero everywhere", "look what the recorder wrote")
-    for name, power in powers.items():
-        if power < _NOTHING * most:
-            return Finding(
-                _WHAT, "wrong", f"the {name} receiver holds nothing", "check its cable, and its array's name"
-            )
+    least = min(powers, key=lambda name: powers[name])
+    if powers[least] < _NOTHING * most:
+        return Finding(_WHAT, "wrong", f"the {least} receiver holds nothing", "check its cable, and its array's name")
     return None
 
 
@@ -113,22 +112,18 @@ def _phase_kept(product: Complex) -> float:
     return float(np.abs(beside.sum(axis=0)).sum()) / total if total > 0.0 else 0.0
 
 
-def _constant(lower: Complex, upper: Complex) -> Finding | None:
-    for name, voltage in (("lower", lower), ("upper", upper)):
-        share = float(np.mean(np.abs(voltage.mean(axis=0)) ** 2)) / _power(voltage)
-        if share > _CONSTANT:
-            says = f"{100.0 * share:.0f} % of the {name} receiver's power is a constant"
-            return Finding(_WHAT, "doubtful", says, "take the offsets of I and Q off; what stands still buries the sea")
-    return None
+def _constant(name: str, voltage: Complex) -> Finding | None:
+    share = float(np.mean(np.abs(voltage.mean(axis=0)) ** 2)) / _power(voltage)
+    says = f"{100.0 * share:.0f} % of the {name} receiver's power is a constant"
+    remedy = "take the offsets of I and Q off; what stands still buries the sea"
+    return Finding(_WHAT, "doubtful", says, remedy) if share > _CONSTANT else None
 
 
-def _real(lower: Complex, upper: Complex) -> Finding | None:
-    for name, voltage in (("lower", lower), ("upper", upper)):
-        share = float(np.abs(np.mean(voltage**2))) / _power(voltage)
-        if share > _ONE_SIDED:
-            says = f"I and Q of the {name} receiver are no quadratures (|⟨V²⟩| = {share:.2f} of the power)"
-            return Finding(_WHAT, "doubtful", says, "give complex voltages, or both of I and Q")
-    return None
+def _real(name: str, voltage: Complex) -> Finding | None:
+    share = float(np.abs(np.mean(voltage**2))) / _power(voltage)
+    says = f"I and Q of the {name} receiver are no quadratures (|⟨V²⟩| = {share:.2f} of the power)"
+    remedy = "give complex voltages, or both of I and Q"
+    return Finding(_WHAT, "doubtful", says, remedy) if share > _ONE_SIDED else None
 
 
 def _displaced(lower: Complex, upper: Complex) -> Finding | None:
@@ -138,10 +133,8 @@ def _displaced(lower: Complex, upper: Complex) -> Finding | None:
     gates = one.shape[1] - 2 * _LAGS
     if gates < 2 * _LAGS:
         return None
-    middle = one[:, _LAGS : _LAGS + gates]
-    alike = {
-        lag: float(np.mean(middle * two[:, _LAGS + lag : _LAGS + lag + gates])) for lag in range(-_LAGS, _LAGS + 1)
-    }
+    middle, lags = one[:, _LAGS : _LAGS + gates], range(-_LAGS, _LAGS + 1)
+    alike = {lag: float(np.mean(middle * two[:, _LAGS + lag : _LAGS + lag + gates])) for lag in lags}
     best = max(alike, key=lambda lag: alike[lag])
     if best and alike[best] > _BETTER * alike[0]:
         says = f"the upper receiver's gates lie {abs(best)} {'behind' if best > 0 else 'before'} the lower one's"

@@ -105,6 +105,8 @@ def adaptive(given: Interferogram) -> Estimate:
     # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
     usual = variance[sure & np.isfinite(variance)]
     unseen = _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    across = np.radians(settings.cell_azimuth_deg) * model.radar.ranges
+    unseen = np.maximum(unseen, sea.unresolved_mean(settings.cell_range_m, across))
     error = error + level_variance + unseen
     of_slopes[:2] += unseen * _SHORTEST**2
     made = model.heights_at(heights.cells, level + height)

@@ -40,6 +40,8 @@ _NEAR_M = 150.0  # beyond the nearest cell: farther ones are blurred by the beam
 _MOST = 1024  # squares a side
 _CUT = 3.0  # standard deviations, at which a Gaussian blur ends
 _LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never 0
+_ERROR_DOUBT, _SEA_DOUBT = 0.05, 0.3  # of the variances of the errors, and of the sea that one turn shows
+_PASSES = 12
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,15 @@ class SeaCovariance:
     """table[i, j]: covariance [m²] at lags spacing · (i − n, j − n) east, north, of 2n + 1 entries a side.
 
     slope_variance: of the surface's slope in one direction, the mean of all directions, with waves down to decimetres.
+    unresolved: m², of waves of about `shortest` [rad/m], as short as the footprint, by which heights vary more than the
+    table and their errors say.
     """
 
     table: Map
     spacing: float
     slope_variance: float = 0.0
+    unresolved: float = 0.0
+    shortest: float = 0.0
 
     @property
     def variance(self) -> float:
@@ -71,6 +77,10 @@ class SeaCovariance:
             blur_rows(np.ascontiguousarray(field), weights, blurred)
             field = blurred.T
         return field
+
+    def unresolved_mean(self, along: float, across: Map) -> Map:
+        """What is unresolved of the mean over an area [m²] of these sides [m]."""
+        return self.unresolved * np.exp(-(self.shortest**2) * (along**2 + across**2) / 24.0)
 
     @classmethod
     def of(
@@ -99,12 +109,25 @@ class SeaCovariance:
         fade = np.exp(-8.0 * (distance / _REACH) ** 2) * (distance < _REACH)
         across = footprint[1] ** 2 * float(weight @ away[known] ** 2 / weight.sum())
         blur = 0.5 * (footprint[0] ** 2 + across) + _SIDE**2 / 12.0
-        table, steepness = _completed(np.where(distance < _ERRORS_M, 0.0, raw * fade), blur, fade)
+        shortest = min(_SHORTEST, _SHORT / np.sqrt(blur))
+        table, steepness = _completed(np.where(distance < _ERRORS_M, 0.0, raw * fade), blur, fade, shortest)
         middle = table.shape[0] // 2
         # Of a map a few waves wide the lags say little, but its heights how high the sea is.
         table *= max(1.0, least / max(float(table[middle, middle]), 1e-12))
         table[middle, middle] += _LEAST * table[middle, middle] + 1e-8
-        return cls(table, _FINE, steepness)
+        unresolved = _unresolved(z, error, float(table[middle, middle])) * float(np.exp(shortest**2 * blur))
+        return cls(table, _FINE, steepness, unresolved, float(shortest))
+
+
+def _unresolved(z: Map, error: Map, sea: float) -> float:
+    """Variance [m²] of heights z (n,) beyond that of their errors and of a sea, as far as neither may be wrong by it:
+    the likeliest, by which the surest heights count most."""
+    error = (1.0 + _ERROR_DOUBT) * error
+    found = max(sea, 1e-6)
+    for _ in range(_PASSES):
+        weight = (found + error) ** -2.0
+        found = max(float(weight @ (z**2 - error) / weight.sum()), 1e-6)
+    return max(0.0, found - (1.0 + _SEA_DOUBT) * sea)
 
 
 def _correlated(z: Map, error: Map, weight: Map, x: Map, y: Map, reach: float) -> tuple[Map, float]:
@@ -145,15 +168,14 @@ class _Tail:
     surely: float  # the mean, less its standard error
 
 
-def _completed(covariance: Map, blur: float, fade: Map) -> tuple[Map, float]:
+def _completed(covariance: Map, blur: float, fade: Map, limit: float) -> tuple[Map, float]:
     """The covariance at lags of _FINE up to _TABLE, and the variance of slopes.
 
     covariance: at lags of _SIDE, 0 up to _ERRORS_M, of heights that are means over areas of variance blur [m²] a side;
-    fade: what it was multiplied by.
+    fade: what it was multiplied by; limit [rad/m]: beyond which waves follow Phillips's law.
     """
     count = covariance.shape[0]
     k, twice = _waves(count, _SIDE)
-    limit = min(_SHORTEST, _SHORT / np.sqrt(blur))
     power = _transformed(np.fft.ifftshift(covariance))
     short_lags = _power_of_short_lags(count)
     damped = np.exp(-(k**2) * blur)

@@ -20,11 +20,11 @@ from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
-from ..report.sea_statistics import requested_height
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings
 from ..tracing import Tracer
+from .statistics import requested_height
 
 OUTSIDE, DARK = -1, 0  # of `visible`, beside the number of antennas that see a point
 FAINTEST_DB = -120.0  # of what is lit: a facet seen edge-on returns nothing
@@ -49,12 +49,9 @@ class Camera:
         names = ("sea_surface_height", "slope_x", "slope_y", "velocity_x", "velocity_y", "velocity_z")
         nrcs, visible = self._seen(t)
         values = dict(zip(names, self._surface(t), strict=True)) | {"nrcs_db": nrcs, "visible": visible}
-        dataset = build(
-            "sea",
-            {name: value[None] for name, value in values.items()},
-            {"time": [t], "y": self.points, "x": self.points},
-            _provenance(self.scene, self.sea),
-        )
+        at = {"time": [t], "y": self.points, "x": self.points}
+        fields = {name: value[None] for name, value in values.items()}
+        dataset = build("sea", fields, at, _provenance(self.scene, self.sea))
         for name, attributes in _FURTHER_ATTRIBUTES.items():
             dataset[name].attrs.update(attributes)
         return dataset
@@ -134,7 +131,6 @@ _FURTHER_ATTRIBUTES: dict[str, dict[str, Any]] = {
 
 def _provenance(scene: Scene, sea: Sea) -> dict[str, Any]:
     """What the file says of itself: the scene, and what of the sea is resolved."""
-    facts = {f"sea_{name}": value for name, value in sea.spectrum.attrs.items()}
     return {
         "title": f"Simulated sea of the scene {scene.name}, seed {scene.seed}",
         "source": f"seamap_rt {version('seamap_rt')}",
@@ -142,5 +138,5 @@ def _provenance(scene: Scene, sea: Sea) -> dict[str, Any]:
         "scene": scene.to_toml(),
         "seed": scene.seed,
         "sea_significant_wave_height": requested_height(sea),
-        **facts,
+        **{f"sea_{name}": value for name, value in sea.spectrum.attrs.items()},
     }

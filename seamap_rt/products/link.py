@@ -50,13 +50,12 @@ def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
 
 def link_table(radar: RadarSettings, table: LinkBudget) -> str:
     """The same as CSV, a row per range: values in dB are 10 log10, cells that have none (σ0 in a null) are empty."""
-    columns = [(name, values) for _, name, values, _ in _sea_columns(radar, table)]
-    columns.append(("noise_dbm", np.full(table.range.shape, _dbm(table.noise))))
+    columns = {name: values for _, name, values, _ in _sea_columns(radar, table)}
+    columns["noise_dbm"] = np.full(table.range.shape, _dbm(table.noise))
     for each in table.budgets:
-        columns += [(f"{each.name}_{name}", values) for _, name, values, _ in _budget_columns(table, each)]
-    rows = zip(*(values for _, values in columns), strict=True)
-    numbers = [[f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in rows]
-    return csv_text([[name for name, _ in columns], *numbers])
+        columns |= {f"{each.name}_{name}": values for _, name, values, _ in _budget_columns(table, each)}
+    values = np.stack(list(columns.values()), axis=1)
+    return csv_text([list(columns), *np.where(np.isfinite(values), values, np.nan)])
 
 
 def _facts(scene: Scene) -> list[tuple[str, str]]:
@@ -64,7 +63,7 @@ def _facts(scene: Scene) -> list[tuple[str, str]]:
     radar = scene.radar
     across = (link.footprint_m(radar, r) for r in (100.0, 200.0))
     spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)
-    gain = db(antenna(radar).gain)
+    gain, pulses = db(antenna(radar).gain), link.dwell(radar)
     facts = [
         ("wavelength", f"{1e3 * link.wavelength(radar):.2f} mm"),
         ("antenna", f"{gain:.2f} dBi; {_beam(radar)}"),
@@ -72,7 +71,8 @@ def _facts(scene: Scene) -> list[tuple[str, str]]:
         ("range resolution", _resolution(radar)),
         ("gates", f"every {spacing:.3f} m; a point between two loses {worst:.2f} dB, on average {mean:.2f}"),
         ("noise", f"{_dbm(noise_power(radar)):.2f} dBm in {radar.bandwidth_hz / 1e6:g} MHz"),
-        *_dwell(scene),
+        ("dwell", f"{written(1e3 * pulses.duration_s, 2)} ms, {pulses.pulses} pulses a receiver"),
+        ("integration", _integration(scene, pulses.pulses)),
         ("range limits", f"blind to {blind_range_m(radar):.2f} m, unambiguous to {unambiguous_range_m(radar):.0f} m"),
         ("data rate", _data_rate(radar)),
     ]  # fmt: skip
@@ -102,17 +102,13 @@ def _resolution(radar: RadarSettings) -> str:
     return f"{words}; compression gains {db(link.compression_gain(radar)):.1f} dB at best"
 
 
-def _dwell(scene: Scene) -> list[tuple[str, str]]:
-    pulses = link.dwell(scene.radar)
+def _integration(scene: Scene, pulses: int) -> str:
     _, loose, tight = link.integrations(scene.radar, scene.scattering.decorrelation_time_s)
-    memory, lost = 1e3 * scene.scattering.decorrelation_time_s, float(db(pulses.pulses / tight.gain))
+    memory, lost = 1e3 * scene.scattering.decorrelation_time_s, float(db(pulses / tight.gain))
     in_phase = f"coherent {db(tight.gain):.2f} dB, {lost:.2f} below N for a decorrelation time of {memory:g} ms"
     if pulse_coherence(scene.radar) == 0.0:
         in_phase = "coherent 0 dB, of a magnetron's random phases"
-    return [
-        ("dwell", f"{written(1e3 * pulses.duration_s, 2)} ms, {pulses.pulses} pulses a receiver"),
-        ("integration", f"non-coherent √N {db(loose.gain):.2f} dB; {in_phase}"),
-    ]
+    return f"non-coherent √N {db(loose.gain):.2f} dB; {in_phase}"
 
 
 def _data_rate(radar: RadarSettings) -> str:
@@ -126,21 +122,15 @@ def _data_rate(radar: RadarSettings) -> str:
 
 def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
     """The furthest range at which each budget has a signal to noise ratio of 0 dB."""
-    top = float(curve.range[-1])
     rows: list[tuple[str, str]] = []
     for each in curve.budgets:
-        reach = [link.furthest(curve.range, row) for row in each.snr]
-        words = [
-            f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
-        ]
+        words = []
+        for integration, row in zip(curve.integrations, each.snr, strict=True):
+            reach = link.furthest(curve.range, row)
+            far = f"beyond {curve.range[-1]:.0f} m" if math.isinf(reach) else f"{reach:.0f} m"
+            words.append(f"{integration.name} {'nowhere' if math.isnan(reach) else far}")
         rows.append((f"SNR is 0 dB at, {each.name}", ", ".join(words)))
     return rows
-
-
-def _distance(reach: float, top: float) -> str:
-    if math.isnan(reach):
-        return "nowhere"
-    return f"beyond {top:.0f} m" if math.isinf(reach) else f"{reach:.0f} m"
 
 
 def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
@@ -230,11 +220,6 @@ def mean_sea(scene: Scene, range_m: ArrayLike) -> tuple[NDArray[np.float64], str
     return level, name if scattering.extrapolate or held == wind else f"{name}, from its {held:.3g} m/s on by theory"
 
 
-def _furthest(radar: RadarSettings) -> float:
-    """Where the search for crossings ends [m]: an echo from beyond would be folded."""
-    return max(radar.range_m[1], min(FURTHEST_M, unambiguous_range_m(radar)))
-
-
 def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
     """Both budgets at slant ranges (range,) [m] to mean sea level, each at least radar.height_m.
 
@@ -312,7 +297,8 @@ def write_link(
     """
     radar = scene.radar
     table = link_budget(scene, ranges_of(ranges, scene))
-    curve = link_budget(scene, np.geomspace(window_of(scene)[0], _furthest(radar), CURVE_POINTS))
+    furthest = max(radar.range_m[1], min(FURTHEST_M, unambiguous_range_m(radar)))  # an echo from beyond would fold
+    curve = link_budget(scene, np.geomspace(window_of(scene)[0], furthest, CURVE_POINTS))
     lines = link_lines(scene, table, curve)
     if out is None:
         return LinkProducts(lines, ())

@@ -58,9 +58,8 @@ def _power(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
         level = db(1e3 * budget.power)
         axes.plot(curve.range, level, color=style.BLACK, linestyle=_DASHES[budget.name], label=budget.name)
     noise = float(db(1e3 * curve.noise))
-    axes.axhline(
-        noise, color=style.GREY, linestyle=":", linewidth=1.0, label=f"noise, {noise:.1f} dBm".replace("-", "−")
-    )
+    label = f"noise, {noise:.1f} dBm".replace("-", "−")
+    axes.axhline(noise, color=style.GREY, linestyle=":", linewidth=1.0, label=label)
     _frame(axes, [*(db(1e3 * budget.power) for budget in curve.budgets), np.array([noise])])
     axes.legend(loc="upper right")
 

@@ -6,7 +6,10 @@ antenna in its middle. A sea of waves along one axis has alike rows or columns, 
 
 from __future__ import annotations
 
+import json
+import os
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -21,13 +24,13 @@ from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError, LargerThanMachine, report_partial_results
 from ..io.appendable import AppendableNetCDF
+from ..io.opening import read_npz
 from ..io.process import Progress, duration, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene
-from ..sea.high_order import Band, Evolution, Plan, State
+from ..sea.high_order import Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
-from .record_state import RecordState, load_state, save_state, state_file
 from .sampling import refuse_if_too_large, times_of
 
 RECORD = "recorded_sea.nc"
@@ -35,6 +38,7 @@ PRODUCTS = (RECORD,)
 DEFAULT_TIMES = "0:60:0.25"
 DEFAULT_ORDER = 3
 ROUNDING = {"m": 2.0**-13, "m2 s-1": 2.0**-13}
+_NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")
 _KEEP_EVERY = 30.0  # s of work before the record begins, after which the state is kept
 _UNEVEN = 1e-9
 _MOST_GROWN = 8.0  # significant height over the linear waves' standard deviation, of which it is 4 times
@@ -61,12 +65,89 @@ class RecordedSea:
 
 
 @dataclass(frozen=True)
+class RecordState:
+    """The state from which the next frame follows, and sums over the frames that are on file."""
+
+    state: State
+    frames: int = 0
+    variance: float = 0.0  # m², of the elevation, added up
+    skewness: float = 0.0
+    energy_first: float = np.nan  # m³/s², at the first frame
+    broken_first: float = 0.0  # taken out by then
+
+    def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> RecordState:
+        """With one more frame."""
+        heights = elevation.astype(np.float64)
+        heights -= heights.mean()
+        variance = float(np.mean(heights**2))
+        first = {} if self.frames else {"energy_first": evolution.energy(state), "broken_first": state.broken}
+        return replace(
+            self,
+            state=state,
+            frames=self.frames + 1,
+            variance=self.variance + variance,
+            skewness=self.skewness + float(np.mean(heights**3)) / variance**1.5,
+            **first,
+        )
+
+
+def state_file(folder: Path) -> Path:
+    """Where the state is kept while the record is not finished."""
+    return folder / ".recorded_sea.state.npz"
+
+
+def save_state(folder: Path, attributes: Mapping[str, Any], at: RecordState) -> None:
+    """Write the state, whole or not at all. attributes: what the record says of itself."""
+    path = state_file(folder)
+    part = path.with_name(f"{path.name}.part")
+    state = at.state
+    with part.open("wb") as file:
+        np.savez(
+            file,
+            told=np.array(_plain(attributes)),
+            elevation=state.elevation,
+            potential=state.potential,
+            of_state=np.array([state.time, state.energy, state.broken]),
+            numbers=np.array([getattr(at, name) for name in _NUMBERS], dtype=np.float64),
+        )
+    os.replace(part, path)
+
+
+def load_state(folder: Path, attributes: Mapping[str, Any]) -> RecordState:
+    """What was kept. InputError where it is damaged, or of another record than the one that is asked for."""
+    path = state_file(folder)
+    try:
+        _, stored = read_npz(path, ("told", "of_state", "numbers", "elevation", "potential"))
+        before = json.loads(str(stored["told"]))
+        time, energy, broken = map(float, stored["of_state"])
+        numbers = dict(zip(_NUMBERS, map(float, stored["numbers"]), strict=True))
+        state = State(time, stored["elevation"], stored["potential"], energy, broken)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
+    now = json.loads(_plain(attributes))
+    other = [name for name in now if before.get(name) != now[name]]
+    if other:
+        raise InputError(
+            f"--resume: '{folder}' was begun with another {other[0]}; give the command as it was, or --overwrite"
+        )
+    return RecordState(state, **{**numbers, "frames": int(numbers["frames"])})
+
+
+def _plain(attributes: Mapping[str, Any]) -> str:
+    return json.dumps(dict(attributes), allow_nan=True, sort_keys=True)
+
+
+@dataclass(frozen=True)
 class _Frames:
     """Where and when a record stands."""
 
     plan: Plan
     seconds: NDArray[np.float64]
     current: tuple[float, float]
+
+    @property
+    def evolution(self) -> Evolution:
+        return self.plan.evolution(float(self.seconds[0]), self.interval)
 
     @property
     def interval(self) -> float:
@@ -93,8 +174,7 @@ class _Frames:
     def frame(self, state: State, number: int) -> xr.Dataset:
         """The sea at a time of the record, where a current has carried it. FloatingPointError for one beyond reason."""
         band, seconds = self.plan.band, float(self.seconds[number])
-        carried = np.exp(-1j * (band.east * self.current[0] + band.north * self.current[1]) * seconds)
-        moved = carried * _centred(band)
+        moved = np.exp(-1j * (band.east * self.current[0] + band.north * self.current[1]) * seconds)
         height = state.significant_height
         if not height < _MOST_GROWN * self.plan.sea.resolved.elevation_std:
             raise FloatingPointError(f"at {seconds:.4g} s its significant height is {height:.3g} m")
@@ -106,16 +186,12 @@ class _Frames:
         )
 
     def _on_points(self, waves: NDArray[np.complex128]) -> NDArray[np.float32]:
+        """From half a side south-west of the antenna on, where exp(i k·x) is 1 or −1."""
         band = self.plan.band
+        row = np.concatenate((np.arange(band.most_y + 1.0), np.arange(-band.most_y, 0.0)))[:, None]
+        centred = waves * (1.0 - 2.0 * np.remainder(np.arange(band.most_x + 1.0) + row, 2.0))
         shape = self.points if band.most_y else 1, self.points if band.most_x else 1
-        return np.broadcast_to(band.to_points(waves, shape), (self.points, self.points)).astype(np.float32)
-
-
-def _centred(band: Band) -> NDArray[np.float64]:
-    """What moves the origin from the antenna to half a side south-west of it: exp(i k·x) there, 1 or −1."""
-    column = np.arange(band.most_x + 1.0)[None, :]
-    row = np.concatenate((np.arange(band.most_y + 1.0), np.arange(-band.most_y, 0.0)))[:, None]
-    return 1.0 - 2.0 * np.remainder(column + row, 2.0)
+        return np.broadcast_to(band.to_points(centred, shape), (self.points, self.points)).astype(np.float32)
 
 
 def write_recorded_sea(
@@ -140,7 +216,9 @@ def write_recorded_sea(
     frames = _frames(scene, times, order, spacing)
     attributes = _attributes(scene, frames, times)
     if resume:
-        with held_folder(_existing(folder), "--out"):
+        if not state_file(folder).exists():
+            raise InputError(f"--out = '{folder}': holds no recorded sea that was stopped; leave --resume out")
+        with held_folder(folder, "--out"):
             return _written(folder, frames, attributes, load_state(folder, attributes), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
@@ -174,16 +252,10 @@ def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Fra
     return _Frames(plan, seconds, current)
 
 
-def _existing(folder: Path) -> Path:
-    if not state_file(folder).exists():
-        raise InputError(f"--out = '{folder}': holds no recorded sea that was stopped; leave --resume out")
-    return folder
-
-
 def _attributes(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
     """What the file says from the beginning. A record goes on only with the same."""
     plan = frames.plan
-    evolution = plan.evolution(float(frames.seconds[0]), frames.interval)
+    evolution = frames.evolution
     return {
         "title": f"{scene.name}: nonlinear sea",
         "model": "high-order spectral (Dommermuth & Yue 1987; West et al. 1987)",
@@ -230,7 +302,7 @@ def _written(
     folder: Path, frames: _Frames, attributes: dict[str, Any], begun: RecordState | None, say: Progress
 ) -> RecordedSea:
     """All frames that are missing, one by one, each with the state from which the next can go on."""
-    evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
+    evolution = frames.evolution
     at = begun or RecordState(frames.plan.beginning(evolution))
     pace = _Pace(say, at.state.time, float(frames.seconds[-1]))
     path = folder / RECORD
@@ -262,12 +334,19 @@ def _written(
 def _recorded(
     file: AppendableNetCDF, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
-    evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
+    evolution = frames.evolution
     steps = round(frames.interval / evolution.step)
     if not at.frames:
         with uninterrupted():
             save_state(folder, attributes, at)  # from here on an interruption leaves what --resume goes on from
-        at = _before(evolution, folder, frames, attributes, at, pace)
+        stored = clock.perf_counter()
+        for _ in range(round((float(frames.seconds[0]) - at.state.time) / evolution.step)):  # the slow beginning
+            at = replace(at, state=evolution.advanced(at.state))
+            if clock.perf_counter() - stored > _KEEP_EVERY:
+                with uninterrupted():
+                    save_state(folder, attributes, at)
+                stored = clock.perf_counter()
+            pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state
         frame = frames.frame(state, at.frames)
@@ -276,22 +355,6 @@ def _recorded(
             file.append(frame.assign_attrs(attributes))
             save_state(folder, attributes, at)
         pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
-    return at
-
-
-def _before(
-    evolution: Evolution, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
-) -> RecordState:
-    """The slow beginning, up to the record's first time."""
-    first = float(frames.seconds[0])
-    stored = clock.perf_counter()
-    for _ in range(round((first - at.state.time) / evolution.step)):
-        at = replace(at, state=evolution.advanced(at.state))
-        if clock.perf_counter() - stored > _KEEP_EVERY:
-            with uninterrupted():
-                save_state(folder, attributes, at)
-            stored = clock.perf_counter()
-        pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     return at
 
 

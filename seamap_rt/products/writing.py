@@ -16,7 +16,6 @@ from ..io.process import Progress, silent, uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
-from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea, directional_density, spectral_system, wave_facts
@@ -25,6 +24,7 @@ from ..simulation import Simulator
 from ..tracing import tracer
 from .camera import Camera
 from .sampling import refuse_if_too_large, square, step, times_of
+from .statistics import Moments, requested_height, statistics_table
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems
 _DIRECTIONS, _FREQUENCIES = 180, 240
@@ -33,8 +33,8 @@ _DIRECTIONS, _FREQUENCIES = 180, 240
 def directional_spectrum(scene: Scene, sea: Sea) -> xr.Dataset:
     """The schema's `sea/spectrum`: what is expected of the scene's wave systems, those too that are not resolved."""
     depth = scene.sea.depth_m
-    known = [(number, waves, wave_facts(waves, depth)) for number, waves in enumerate(scene.sea.waves)]
-    known = [(number, waves, facts) for number, waves, facts in known if facts is not None]
+    every = ((number, waves, wave_facts(waves, depth)) for number, waves in enumerate(scene.sea.waves))
+    known = [(number, waves, facts) for number, waves, facts in every if facts is not None]
     limit = float(dispersion.angular_frequency(sea.resolved.wavenumber_limit, depth)) / (2.0 * np.pi)
     peaks = [1.0 / facts.peak_period for _, _, facts in known]
     lowest, highest = 0.3 * min([*peaks, limit]), max([1.5 * limit, *(6.0 * peak for peak in peaks)])
@@ -75,6 +75,7 @@ DEFAULT_TIMES = "0:5:0.5"
 
 _MAST_PICTURE = (1280, 560)  # columns, rows
 _FINEST_FILM = 700  # points a side that an animation is drawn from
+_LEFT, _NOTHING = "and stay readable in sea.nc; the pictures are missing", "no results are left"
 
 # Fields are rounded, by unit, to powers of two: below what the sea itself is exact to, and the digits beyond it do not
 # compress.
@@ -142,7 +143,9 @@ def write_sea(
         with (
             growing(folder, ("sea.nc",), "times"),
             sea_file(folder / "sea.nc", spectrum) as file,
-            report_partial_results(lambda: _left(file.complete, seconds.size)),
+            report_partial_results(
+                lambda: f"{file.complete} of {seconds.size} times are complete, {_LEFT if file.complete else _NOTHING}"
+            ),
         ):
             for number, t in enumerate(seconds):
                 say(f"time {number + 1} of {seconds.size}: {t:g} s")
@@ -156,29 +159,21 @@ def write_sea(
         say("rendering the sea as the mast sees it")
         notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
         files = tuple(name for name in PRODUCTS if (folder / name).exists())
-        return SeaProducts(folder, files, sea, drawn, points.size * step(points), (*_coarse(sea, step(points)), *notes))
-
-
-def _left(complete: int, times: int) -> str:
-    rest = "and stay readable in sea.nc; the pictures are missing" if complete else "no results are left"
-    return f"{complete} of {times} times are complete, {rest}"
+        spacing, finest = step(points), sea.resolved.resolution_m
+        if spacing > 1.01 * finest and sea.trains:
+            coarse = (
+                f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are "
+                "right at each point, spectra and differences between them are not; "
+                f"--spacing {finest:.3g} holds all waves"
+            )
+            notes = (coarse, *notes)
+        return SeaProducts(folder, files, sea, drawn, points.size * spacing, notes)
 
 
 def sea_file(path: Path, spectrum: xr.Dataset) -> AppendableNetCDF:
     """sea.nc: grows by times, holds the spectrum once, and packs its fields."""
     constant = {"spectrum": spectrum}
     return AppendableNetCDF(path, ("time",), constant=constant, compressed=True, rounding=ROUNDING)
-
-
-def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:
-    """A note where the points are too far apart for the waves."""
-    finest = sea.resolved.resolution_m
-    if spacing <= 1.01 * finest or not sea.trains:
-        return ()
-    return (
-        f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are right at "
-        f"each point, spectra and differences between them are not; --spacing {finest:.3g} holds all waves",
-    )
 
 
 # ---------------------------------------------------------------------------------------------------- the pictures

@@ -25,6 +25,7 @@ SECTOR_BINS = 60
 _FEWEST_CELLS = 30  # of a bin whose errors are drawn
 _OF_RUNS = (style.BLUE, style.VERMILION, style.GREEN)
 _STATED = "standard error stated by the retrieval, median"
+_BOXED: dict[str, Any] = {"bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}, "zorder": 5.0}
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,7 @@ def draw_graph(graph: Graph, wide: float = style.WIDTH, high: float = 2.6) -> Fi
     axes.set_xlim(graph.x_span)
     axes.set_ylim(graph.y_span)
     for at, words in graph.marks:
-        axes.axvline(at, color=style.GREY, linestyle=":", linewidth=0.9)
-        axes.text(at, 0.02, f" {words}", color=style.GREY, transform=axes.get_xaxis_transform(), rotation=90.0)
+        style.upright(axes, at, f" {words}", rotation=90.0)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc=graph.place)
     if not any(np.isfinite(each.y).any() for each in graph.curves):
@@ -116,29 +116,25 @@ def draw_errors(by_run: Mapping[str, ByRange], floors: Sequence[Curve] = (), ran
     floors: what the error was to be expected to be.
     """
     several, runs = len(by_run) > 1, [each for each in by_run.values() if each.centre_m.size]
-    known = any(np.isfinite(each.slope).any() for each in runs)
-    figure = style.new_figure(4.75 if known else 3.66)
-    left, wide = 0.62, style.WIDTH - 0.62 - 0.12
-    first = style.place(figure, left, 0.28, wide, 1.75)
-    second = style.place(figure, left, 2.4, wide, 0.72, sharex=first)
-    style.graph(first, "", "Height error (m)", "(a) Height error")
-    style.graph(second, "", "Bias (m)", "(b) Mean height error, retrieved − true")
-    panels = [first, second]
-    if known:
-        third = style.place(figure, left, 3.49, wide, 0.82, sharex=first)
-        style.graph(third, "", "Slope error (m/m)", "(c) Slope error along the look: rms –, stated - -")
-        panels.append(third)
-    panels[-1].set_xlabel(range_name, labelpad=2.0)
-    for axes in panels[:-1]:
-        axes.tick_params(labelbottom=False)
-    for axes in panels:
-        axes.yaxis.set_label_coords(-0.065, 0.5)
-        axes.yaxis.set_major_locator(MaxNLocator(7 if axes is first else 4, steps=[1, 2, 2.5, 5, 10]))
+    slopes = any(np.isfinite(each.slope).any() for each in runs)
+    spots = [(0.28, 1.75, "Height error (m)", "(a) Height error")]
+    spots.append((2.4, 0.72, "Bias (m)", "(b) Mean height error, retrieved − true"))
+    if slopes:
+        spots.append((3.49, 0.82, "Slope error (m/m)", "(c) Slope error along the look: rms –, stated - -"))
+    figure, panels = style.new_figure(4.75 if slopes else 3.66), list[Axes]()
+    for number, (top, high, label, title) in enumerate(spots):
+        above = panels[0] if panels else None
+        panels.append(style.place(figure, 0.62, top, style.WIDTH - 0.62 - 0.12, high, sharex=above))
+        last = number == len(spots) - 1
+        style.graph(panels[-1], range_name if last else "", label, title)
+        panels[-1].tick_params(labelbottom=last)
+        panels[-1].yaxis.set_label_coords(-0.065, 0.5)
+        panels[-1].yaxis.set_major_locator(MaxNLocator(4 if number else 7, steps=[1, 2, 2.5, 5, 10]))
+    first, second = panels[:2]
     if not any(np.isfinite(value).any() for each in runs for value in (each.rms, each.stated)):
-        style.note(first, "no cells more than half visible")
+        for axes in panels[: None if not runs else 1]:
+            style.note(axes, "no cells more than half visible")
         if not runs:
-            for axes in panels[1:]:
-                style.note(axes, "no cells more than half visible")
             return figure
     second.axhline(0.0, color=style.BLACK, linewidth=0.6)
     for (name, each), colour in zip(by_run.items(), _OF_RUNS if several else (style.BLACK,), strict=False):
@@ -152,21 +148,19 @@ def draw_errors(by_run: Mapping[str, ByRange], floors: Sequence[Curve] = (), ran
                 first.plot(
                     each.centre_m, values, color=hue, linestyle=dash, marker=marker, markersize=2.5, label=label + tail
                 )
-        second.plot(each.centre_m, each.bias, color=colour, marker="o", markersize=2.5)
-        if known:
-            panels[2].plot(each.centre_m, each.slope, color=colour, marker="o", markersize=2.5)
-            panels[2].plot(each.centre_m, each.slope_stated, color=of_stated, linestyle="--")
+        for axes, values in zip(panels[1:], (each.bias, each.slope), strict=False):
+            axes.plot(each.centre_m, values, color=colour, marker="o", markersize=2.5)
+        for axes in panels[2:]:
+            axes.plot(each.centre_m, each.slope_stated, color=of_stated, linestyle="--")
     for floor, colour, dash in zip(floors, (style.ORANGE, style.GREY), ("-.", ":"), strict=False):
         first.plot(floor.x, floor.y, color=colour, linestyle=dash, label=floor.label)
-    first.set_ylim(0.0, _top(*(value for each in runs for value in (each.rms, each.robust, each.stated)), least=0.01))
+    first.set_ylim(0.0, _top(0.01, *(value for each in runs for value in (each.rms, each.robust, each.stated))))
     if first.lines:
         first.legend(loc="best")
-    reach = _top(*(np.abs(each.bias) for each in runs), least=0.01)
+    reach = _top(0.01, *(np.abs(each.bias) for each in runs))
     second.set_ylim(-reach, reach)
-    if known:
-        panels[2].set_ylim(
-            0.0, _top(*(value for each in runs for value in (each.slope, each.slope_stated)), least=0.001)
-        )
+    for axes in panels[2:]:
+        axes.set_ylim(0.0, _top(0.001, *(value for each in runs for value in (each.slope, each.slope_stated))))
     borders = [reduce.edges(each.centre_m) for each in runs]
     first.set_xlim(max(0.0, min(float(each[0]) for each in borders)), max(float(each[-1]) for each in borders))
     return figure
@@ -206,7 +200,7 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
     if scene.tracing.diffraction != "none":
         lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
         drawn.append(Curve("power, with diffraction", ground, lit, style.SKY, ":", 1.5))
-    slope, _ = reduce.slope_rms_along_look(truth, metrics)
+    slope = reduce.number(metrics.get("slope_rms_look"))
     beyond = ground[ground > 0.0]
     if np.isfinite(slope) and beyond.size:
         drawn += analytic_shares(beyond, *analytic_share(beyond, height, slope), f" (rms slope {slope:.3f})")
@@ -269,12 +263,9 @@ def _sectors(scene: Scene, azimuth: Array) -> list[tuple[str, str, Any]]:
 
 def _binned(x: Array, y: Array) -> tuple[Array, Array]:
     """Means of x and y over neighbouring samples, about SECTOR_BINS of them."""
-    size = max(1, x.size // SECTOR_BINS)
-    starts = np.arange(0, x.size, size)
-    return (
-        np.array([reduce.mean(x[start : start + size]) for start in starts]),
-        np.array([reduce.mean(y[start : start + size]) for start in starts]),
-    )
+    starts = np.arange(0, x.size, max(1, x.size // SECTOR_BINS))[1:]
+    x, y = (np.array([reduce.mean(part) for part in np.split(each, starts)]) for each in (x, y))
+    return x, y
 
 
 @style.styled
@@ -327,7 +318,7 @@ def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
         lines.append(f"correlation {correlation:.3f}")
     if true.size > count.sum():
         lines.append(f"{true.size - count.sum():.0f} outside the frame")
-    _corner(axes, lines)
+    style.corner(axes, lines, **_BOXED)
     return image
 
 
@@ -352,22 +343,9 @@ def _stated_error_panel(axes: Axes, ratio: Array) -> None:
     axes.set_xlim(-5.0, 5.0)
     axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])
     axes.legend(loc="upper right")
-    _corner(
-        axes,
-        [
-            f"within ±1: {100.0 * np.mean(np.abs(ratio) <= 1.0):.0f} %",
-            f"within ±2: {100.0 * np.mean(np.abs(ratio) <= 2.0):.0f} %",
-            f"beyond ±5: {100.0 * np.mean(np.abs(ratio) > 5.0):.1f} %",
-        ],
-    )
-
-
-def _corner(axes: Axes, lines: list[str]) -> None:
-    """A few words in the upper left corner."""
-    axes.text(
-        0.03, 0.97, "\n".join(lines), transform=axes.transAxes, va="top", ha="left", fontsize=style.FONT - 0.5,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}, zorder=5.0,
-    )  # fmt: skip
+    one, two, five = (100.0 * np.mean(np.abs(ratio) <= most) for most in (1.0, 2.0, 5.0))
+    lines = [f"within ±1: {one:.0f} %", f"within ±2: {two:.0f} %", f"beyond ±5: {100.0 - five:.1f} %"]
+    style.corner(axes, lines, **_BOXED)
 
 
 @style.styled
@@ -387,20 +365,19 @@ def timing(scene: Scene, metrics: Mapping[str, Any]) -> Figure:
         style.note(axes, "no times were recorded")
         return figure
     thick = 0.76 / len(runs)
-    longest = 0.0
+    seconds = np.array([[reduce.number(run.get(stage)) for stage in stages] for _, run in runs])
     for index, (name, run) in enumerate(runs):
-        seconds = np.array([reduce.number(run.get(stage)) for stage in stages])
         y = np.arange(len(stages)) - 0.38 + (index + 0.5) * thick
         total = reduce.number(run.get("total"))
         label = name + (f", {total:.3g} s in all" if np.isfinite(total) else "")
-        axes.barh(y, np.nan_to_num(seconds), height=0.92 * thick, color=(style.SKY, style.BLUE)[index % 2], label=label)
-        for level, value in zip(y, seconds, strict=True):
+        bars = np.nan_to_num(seconds[index])
+        axes.barh(y, bars, height=0.92 * thick, color=(style.SKY, style.BLUE)[index % 2], label=label)
+        for level, value in zip(y, seconds[index], strict=True):
             if np.isfinite(value):
                 axes.text(value, level, f" {value:.3g}", va="center", ha="left", fontsize=style.FONT - 1.0)
-        longest = max(longest, float(np.nan_to_num(seconds).max()))
     axes.set_yticks(range(len(stages)), stages)
     axes.set_ylim(len(stages) - 0.5, -0.5)
-    axes.set_xlim(0.0, 1.1 * longest if longest > 0.0 else 1.0)
+    axes.set_xlim(0.0, 1.1 * float(np.nanmax(seconds)) or 1.0)
     axes.grid(False, axis="y")
     axes.legend(loc="best")
     return figure
@@ -415,7 +392,7 @@ def timing_runs(metrics: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]
     return nested or [("turn", times)]
 
 
-def _top(*values: Array, least: float) -> float:
+def _top(least: float, *values: Array) -> float:
     """The upper end of an axis from 0 that holds all values."""
     highest = max((float(np.nanmax(v)) for v in values if np.isfinite(v).any()), default=0.0)
     return 1.12 * max(highest, least)

@@ -6,23 +6,19 @@ A run of one turn has neither.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from matplotlib.patches import Wedge
-from numpy.typing import NDArray
 from PIL import Image
 
 from ..conventions import turn_name
 from ..metrics import HALF_VISIBLE, error_figures
 from ..scene import Scene
 from . import reduce, style
-from .maps import draw_ground, height_limit
+from .maps import draw_ground, height_limit, looked_at
 from .page_elements import Picture, Table, digits, percent
 from .reduce import Array
 from .style import gif
@@ -98,59 +94,47 @@ def _frames(
 ) -> Iterator[Image.Image]:
     """The pair of maps at the chosen turns."""
     inches = style.WIDTH * max(0.62, pixels / _PIXELS[0])  # small frames have fewer inches, or their text is too small
-    panel = 0.5 * (inches - sum(_BESIDE))
-    high = panel * (stage.north - stage.south) / (stage.east - stage.west)
-    figure = Figure(figsize=(inches, _ABOVE + high + _BELOW), dpi=pixels / inches)
-    canvas = FigureCanvasAgg(figure)
-    pair = []
+    wide = 0.5 * (inches - sum(_BESIDE))
+    high = wide * (stage.north - stage.south) / (stage.east - stage.west)
+    figure, pair = style.new_figure(_ABOVE + high + _BELOW, inches, pixels / inches), list[AxesImage]()
     for number, (tree, title) in enumerate(((truth, "True height"), (maps, "Retrieved height"))):
-        size = figure.get_size_inches()
-        box = (_BESIDE[0] + number * (panel + _BESIDE[1]), _BELOW, panel, high)
-        axes = figure.add_axes((box[0] / size[0], box[1] / size[1], box[2] / size[0], box[3] / size[1]))
-        pair.append((tree, _panel(axes, scene, stage, tree, title)))
-        if number:
-            axes.tick_params(labelleft=False)
-        else:
-            axes.set_ylabel("North (m)", labelpad=1.0)
+        axes = style.place(figure, _BESIDE[0] + number * (wide + _BESIDE[1]), _ABOVE, wide, high)
+        pair.append(_panel(axes, scene, stage, tree, title))
+        axes.set_ylabel("" if number else "North (m)", labelpad=1.0)
+        axes.tick_params(labelleft=not number)
     style.colour_bar(
-        figure, pair[0][1], 0.3 * inches, _ABOVE + high + 0.38, 0.4 * inches, "Height above mean sea level (m)", "both"
+        figure, pair[0], 0.3 * inches, _ABOVE + high + 0.38, 0.4 * inches, "Height above mean sea level (m)", "both"
     )
     words = figure.text(0.5, 1.0 - 0.06 / figure.get_size_inches()[1], "", ha="center", va="top", fontsize=style.FONT)
     # What stays is drawn once; a frame draws the maps, what lies over them, and the words.
-    moving = [artist for _, image in pair for artist in (image, *image.axes.lines)] + [words]
+    moving = [artist for image in pair for artist in (image, *image.axes.lines)] + [words]
     for artist in moving:
         artist.set_animated(True)
+    canvas: Any = figure.canvas
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
     numbers = reduce.coordinate(maps, "ground", "turn")
     for turn in chosen:
         canvas.restore_region(still)
-        for tree, image in pair:
+        for tree, image in zip((truth, maps), pair, strict=True):
             image.set_data(style.masked(_heights(tree, turn)))
         words.set_text(f"{turn_name(numbers[turn])}, from {numbers[turn] * scene.turn_duration_s:.2f} s")
         for artist in moving:
             figure.draw_artist(artist)
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        yield style.snapshot(figure)
 
 
 def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: str) -> AxesImage:
     """Set up the axes of one map and draw its first turn; grey is where the radar looks."""
-    x, y = (reduce.coordinate(tree, "ground", name) for name in ("x", "y"))
-    near = float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
-    start, stop = scene.radar.sector_deg
     if not scene.platform.speed_m_s:
-        wedge = Wedge(
-            (0.0, 0.0), scene.far_ground_range, 90.0 - stop, 90.0 - start, width=scene.far_ground_range - near,
-            facecolor=style.BLANK, edgecolor="none", zorder=1.0,
-        )  # fmt: skip
-        axes.add_patch(wedge)
-    limit = stage.limit
-    image = draw_ground(axes, (x, y, _heights(tree, 0)), style.HEIGHT_COLOURS, -limit, limit)
+        axes.add_patch(looked_at(scene, style.BLANK))
+    x, y = (reduce.coordinate(tree, "ground", name) for name in ("x", "y"))
+    image = draw_ground(axes, (x, y, _heights(tree, 0)), style.HEIGHT_COLOURS, -stage.limit, stage.limit)
     axes.set_xlim(stage.west, stage.east)
     axes.set_ylim(stage.south, stage.north)
     axes.set_title(title)
     axes.set_xlabel("East (m)", labelpad=1.0)
-    axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none", zorder=4.0)
+    style.mark_antenna(axes)
     for gauge in scene.gauges:
         axes.plot(*gauge.position, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
     return image
@@ -179,6 +163,9 @@ def film(scene: Scene, maps: xr.DataTree, truth: xr.DataTree) -> list[Picture]:
     ]
 
 
+_ERRORS = ("rmse_m", "robust_m", "bias_m", "correlation")
+
+
 def turn_table(maps: xr.DataTree, truth: xr.DataTree) -> list[Table]:
     """Each turn judged by itself; none for a single turn, every nth of very many."""
     turns = reduce.coordinate(maps, "polar", "turn")
@@ -203,19 +190,15 @@ def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
     result, real = (
         xr.DataTree.from_dict({"/polar": tree["polar"].to_dataset().isel(turn=[index])}) for tree in (maps, truth)
     )
-    near = reduce.at_judged_ranges(real)
-    visible = reduce.polar(real, "visible_fraction")[0][:, near] > HALF_VISIBLE
-    time: NDArray[np.float64] = reduce.coordinate(result, "polar", "time")[0]
+    visible = reduce.polar(real, "visible_fraction")[0][:, reduce.at_judged_ranges(real)] > HALF_VISIBLE
+    time = reduce.coordinate(result, "polar", "time")[0]
     figures = error_figures(result, real)["overall"]
     answered = figures["cells"] / visible.sum() if visible.any() else float("nan")
     return [
         turn_name(reduce.coordinate(result, "polar", "turn")[0]).removeprefix("turn "),
         digits(time[time.size // 2], 2),
         str(figures["cells"]),
-        digits(figures["height_rmse_m"], 3),
-        digits(figures["height_robust_m"], 3),
-        digits(figures["height_bias_m"], 3, signed=True),
-        digits(figures["height_correlation"], 3),
+        *(digits(figures[f"height_{name}"], 3, signed=name == "bias_m") for name in _ERRORS),
         digits(figures["hs_true_m"], 2),
         digits(figures["hs_retrieved_m"], 2),
         percent(figures["visible_fraction"]),

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
@@ -25,7 +24,6 @@ from .style import gif
 
 Array = NDArray[np.float64]
 
-
 _LEAD_S = 10.0  # of the forecasts that are drawn in time
 _BAND = 1.96
 _BACK_S = 15.0  # that the animation looks back
@@ -37,7 +35,6 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
     """The field's maps, the forecasts in lead and time, and how they ran ahead; none of a run that did not forecast."""
     if verified is None:
         return []
-    issues = verified.forecasts.sizes["issue"]
     made = [
         Picture(
             "wave_field",
@@ -57,7 +54,7 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
             lambda: forecast_errors(verified),
         ),
     ]
-    if issues > 1:
+    if verified.forecasts.sizes["issue"] > 1:
         made.append(
             Picture(
                 "forecast_ahead",
@@ -118,31 +115,31 @@ def wave_field(scene: Scene, maps: xr.DataTree, field: xr.Dataset) -> Figure:
     shown = [np.where(near | np.isfinite(alone), each, np.nan) for each in (field["reconstructed"], field["true"])]
     stated = np.where(near, field["stated"].values / sigma, np.nan)
     limit = 2.5 * sigma
-    panel, gap, left = 2.85, 0.32, 0.55
+    heights = "Height above mean sea level (m)", style.HEIGHT_COLOURS, -limit, limit, "both"
+    panels = (
+        ("(a) One turn's map", alone, *heights),
+        ("(b) Reconstructed", shown[0], *heights),
+        ("(c) True", shown[1], *heights),
+        ("(d) Stated error", stated, "Stated error over σ", style.SPREAD_COLOURS, 0.0, 1.0, "max"),
+    )
+    panel = 2.85
     figure = style.new_figure(2.0 * (panel + 0.35) + 1.0)
-    titles = ("(a) One turn's map", "(b) Reconstructed", "(c) True", "(d) Stated error")
-    for number, (title, values) in enumerate(zip(titles, (alone, *shown, stated), strict=True)):
-        column, row = number % 2, number // 2
-        axes = style.place(figure, left + column * (panel + gap + 0.2), 0.3 + row * (panel + 0.42), panel, panel)
-        of_error = number == 3
-        colours = style.SPREAD_COLOURS if of_error else style.HEIGHT_COLOURS
-        image = draw_ground(axes, (x, y, values), colours, *((0.0, 1.0) if of_error else (-limit, limit)))
+    for number, (title, values, label, colours, low, high, extend) in enumerate(panels):
+        row, column = divmod(number, 2)
+        left = 0.55 + column * (panel + 0.52)
+        axes = style.place(figure, left, 0.3 + row * (panel + 0.42), panel, panel)
+        image = draw_ground(axes, (x, y, values), colours, low, high)
         axes.set_facecolor(style.BLANK)
         axes.set_title(title)
-        axes.plot(*_boat(scene, maps), marker="^", color="black", markersize=3.5, linestyle="none")
-        if of_error and np.nanmin(stated) < _HALF_KNOWN < np.nanmax(stated):
-            axes.contour(x, y, stated, levels=[_HALF_KNOWN], colors="white", linewidths=0.8)
+        style.mark_antenna(axes, *_boat(scene, maps))
         style.few_ticks(axes, 5)
         axes.tick_params(labelleft=column == 0, labelbottom=row == 1)
-        if column == 0:
-            axes.set_ylabel("North (m)", labelpad=1.0)
+        axes.set_ylabel("" if column else "North (m)", labelpad=1.0)
         if row == 1:
             axes.set_xlabel("East (m)", labelpad=1.0)
-        if number > 1:
-            label = "Stated error over σ" if of_error else "Height above mean sea level (m)"
-            top = 0.3 + 2.0 * panel + 0.42 + 0.42
-            start = left + column * (panel + gap + 0.2) + 0.2
-            style.colour_bar(figure, image, start, top, panel - 0.4, label, "max" if of_error else "both")
+            style.colour_bar(figure, image, left + 0.2, 1.14 + 2.0 * panel, panel - 0.4, label, extend)
+    if np.nanmin(stated) < _HALF_KNOWN < np.nanmax(stated):
+        figure.axes[-2].contour(x, y, stated, levels=[_HALF_KNOWN], colors="white", linewidths=0.8)
     return figure
 
 
@@ -159,12 +156,18 @@ def by_lead(verified: Verified) -> dict[str, Array]:
     (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
     `correlation` with it. NaN where not defined."""
     kept = np.flatnonzero(warm(verified.forecasts))
-    forecasts, truth = verified.forecasts.isel(issue=kept, place=0), verified.truth[kept, :, 0]
-    mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
+    truth = verified.truth[kept, :, 0]
+    mean, std = _elevation(verified.forecasts.isel(issue=kept, place=0))
     sigma = float(np.std(truth)) or np.nan
     errors = {"found": mean - truth, "stated": std, "persistence": mean[:, :1] - truth, "climatology": truth}
     relative = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
     return relative | {"correlation": _correlation(mean, truth)}
+
+
+def _elevation(forecasts: xr.Dataset) -> tuple[Array, Array]:
+    """What is expected and its standard error, m."""
+    mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
+    return mean, std
 
 
 def _correlation(a: Array, b: Array) -> Array:
@@ -204,9 +207,7 @@ def forecast_errors(verified: Verified, lead_s: float = _LEAD_S, issue: int | No
 def _mark_end(axes: Axes, longest_s: float | None) -> None:
     """The maximum prediction time, upright."""
     if longest_s is not None:
-        axes.axvline(longest_s, color=style.ORANGE, linestyle="-.", linewidth=0.9)
-        words, where = f"{longest_s:.0f} s ", axes.get_xaxis_transform()
-        axes.text(longest_s, 0.02, words, color=style.ORANGE, transform=where, ha="right")
+        style.upright(axes, longest_s, f"{longest_s:.0f} s ", style.ORANGE, "-.", ha="right")
 
 
 def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | None) -> None:
@@ -215,7 +216,7 @@ def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | No
     number = int(np.argmin(np.abs(lead - lead_s)))
     time, truth = sea_that_came(verified)
     moment = forecasts["issued"].values + lead[number]
-    mean, std = (forecasts[name].values[:, number].astype(np.float64) for name in ("elevation", "elevation_std"))
+    mean, std = _elevation(forecasts.isel(lead=number))
     axes.plot(time, truth, color=style.BLACK, linewidth=0.9, label="the sea that came")
     _draw_forecast(axes, moment, mean, std, f"forecast {lead[number]:g} s before", "o-")
     if issue is not None:
@@ -229,7 +230,7 @@ def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | No
 
 def _draw_forecast(axes: Axes, time: Array, mean: Array, std: Array, label: str, line: str = "-") -> None:
     """A forecast with its band."""
-    axes.fill_between(time, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
+    style.band(axes, time, mean - _BAND * std, mean + _BAND * std, style.ORANGE, 0.3)
     axes.plot(time, mean, line, color=style.ORANGE, markersize=2.5, label=label)
 
 
@@ -302,19 +303,19 @@ def next_seconds(ahead: Ahead, came: Array | None = None, quiet: Array | None = 
     below = style.place(figure, 0.62, 2.62, wide, 1.0, sharex=axes)
     of = f"{ahead.duration_s:g} s with {ahead.limits}" if ahead.limits else "a quiet window"
     style.graph(below, "Begins in (s)", "Stated chance (%)", f"(b) Chance of {of}")
-    called = np.nan_to_num(ahead.chance) >= ahead.confidence
-    known = np.isfinite(quiet) if quiet is not None else np.zeros(lead.size, dtype=bool)
-    was = np.nan_to_num(quiet) > 0.5 if quiet is not None else known
+    called, quiet = (
+        np.nan_to_num(ahead.chance) >= ahead.confidence,
+        np.full(lead.size, np.nan) if quiet is None else quiet,
+    )
+    known, was = np.isfinite(quiet), np.nan_to_num(quiet) > 0.5
     bar = 0.8 * float(np.min(np.diff(lead))) if lead.size > 1 else 0.8
     for members, face, edge, label in (
         (~known & called, style.GREEN, style.GREEN, "called"), (~known & ~called, style.GREY, style.GREY, "not called"),
         (known & was, style.GREEN, style.GREEN, "it was quiet"), (known & ~was, "white", style.VERMILION, "it was not"),
     ):  # fmt: skip
         if members.any() and np.isfinite(ahead.chance[members]).any():
-            below.bar(
-                lead[members], 100.0 * ahead.chance[members], bar, facecolor=face, edgecolor=edge, linewidth=1.0,
-                label=label,
-            )  # fmt: skip
+            look = {"facecolor": face, "edgecolor": edge, "linewidth": 1.0, "label": label}
+            below.bar(lead[members], 100.0 * ahead.chance[members], bar, **look)
     below.axhline(100.0 * ahead.confidence, color=style.BLACK, linestyle=":", linewidth=0.9)
     below.set_ylim(0.0, 130.0)
     below.set_yticks((0, 50, 100))
@@ -342,8 +343,7 @@ def _frames(verified: Verified) -> Iterator[Image.Image]:
     lead, issued = forecasts["lead"].values, forecasts["issued"].values
     time, truth = sea_that_came(verified)
     limit = 1.25 * float(np.max(np.abs(truth)))
-    figure = Figure(figsize=(style.WIDTH, 2.2), dpi=_PIXELS / style.WIDTH)
-    canvas = FigureCanvasAgg(figure)
+    figure = style.new_figure(2.2, dpi=_PIXELS / style.WIDTH)
     for number in range(0, issued.size, -(-issued.size // _MOST_FRAMES)):
         figure.clear()
         axes = style.place(figure, 0.55, 0.28, style.WIDTH - 0.7, 1.45)
@@ -351,14 +351,13 @@ def _frames(verified: Verified) -> Iterator[Image.Image]:
         past, coming = time <= now, (time >= now) & (time <= now + lead[-1])
         axes.plot(time[past] - now, truth[past], color=style.BLACK)
         axes.plot(time[coming] - now, truth[coming], color=style.GREY, linewidth=0.9)
-        mean, std = (forecasts[name].values[number].astype(np.float64) for name in ("elevation", "elevation_std"))
-        _draw_forecast(axes, lead, mean, std, "forecast")
+        _draw_forecast(axes, lead, *_elevation(forecasts.isel(issue=number)), "forecast")
         axes.axvline(0.0, color=style.GREY, linewidth=0.6)
         style.graph(axes, "Time from now (s)", "Height at the boat (m)", turn_name(forecasts["issue"][number]))
         axes.set_xlim(-_BACK_S, float(lead[-1]))
         axes.set_ylim(-limit, limit)
-        canvas.draw()
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        figure.canvas.draw()
+        yield style.snapshot(figure)
 
 
 _SCORE_COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
@@ -412,15 +411,14 @@ def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
     scores |= {name: np.concatenate([run.others[name] for run in runs]) for name in runs[0].others}
     figure = style.new_figure(2.85)
     curves, stated = (style.place(figure, left, 0.3, 2.7, 2.0) for left in (0.6, 4.2))
-    alike = bool(quiet.all() or not quiet.any())
-    for name, score in scores.items() if not alike else ():
-        hits, alarms = hits_and_alarms(score, quiet)
-        label = f"{name}, area {area(score, quiet):.3f}"
-        curves.plot(alarms, hits, color=_SCORE_COLOURS.get(name, style.BLUE), label=label)
-    called = chance >= confidence
-    if alike:
+    if quiet.all() or not quiet.any():
         style.note(curves, "all windows were quiet" if quiet.any() else "no window was quiet")
     else:
+        for name, score in scores.items():
+            hits, alarms = hits_and_alarms(score, quiet)
+            label = f"{name}, area {area(score, quiet):.3f}"
+            curves.plot(alarms, hits, color=_SCORE_COLOURS.get(name, style.BLUE), label=label)
+        called = chance >= confidence
         point = float(called[~quiet].mean()), float(called[quiet].mean())
         curves.plot(*point, "o", color=style.BLUE, label=f"called at {confidence:.0%}")
         curves.legend(loc="lower right", fontsize="small")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,12 +10,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from scipy.special import chdtri
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
 from . import reduce, style
-from .page_elements import Picture, Table, digits, percent
+from .page_elements import Picture, Table, columns_table, decimals, digits, percent
 
 MOST_DRAWN = 6  # gauges
 _LONGEST = 90  # turns that are drawn in time
@@ -113,7 +113,7 @@ def _draw_record(axes: Axes, gauge: xr.Dataset, turn: int | None) -> None:
 def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     style.graph(axes, "Frequency (Hz)", "Spectrum (m² s)", "(b) Spectra")
     if isinstance(result, NoSpectrum):
-        style.note(axes, _wrapped(result.reason))
+        style.note(axes, textwrap.fill(result.reason, 44))
         return
     axes.set_yscale("log")
     inside = result.wire_frequency <= 2.0 * result.nyquist
@@ -124,10 +124,7 @@ def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     )  # fmt: skip
     if not result.reason:
         axes.plot(result.frequency, result.radar, color=style.VERMILION, label="radar")
-    axes.axvline(result.nyquist, color=style.GREY, linewidth=0.8, linestyle=":")
-    axes.text(
-        result.nyquist, 0.02, " half the turn rate", transform=axes.get_xaxis_transform(), color=style.GREY, va="bottom"
-    )
+    style.upright(axes, result.nyquist, " half the turn rate", va="bottom")
     everything = np.concatenate((result.wire[inside], result.wire_once_a_turn, result.radar))
     top = 3.0 * float(np.nanmax(everything)) if np.nanmax(everything) > 0.0 else 1.0
     axes.set_ylim(top * 10.0**-_DECADES, top)
@@ -159,21 +156,10 @@ def _draw_pairs(axes: Axes, gauge: xr.Dataset) -> None:
     if np.isfinite(slope):
         axes.plot(ends, result.mean() + slope * (ends - true.mean()), color=style.BLACK, linewidth=0.9)
         words = [f"correlation {digits(entry['correlation'], 2)}", f"slope {digits(slope, 2)}"]
-        words.append(f"error {digits(entry['rms_error_m'], 3)} m rms")
-        axes.text(0.04, 0.97, "\n".join(words), transform=axes.transAxes, va="top", fontsize=style.FONT - 0.5)
+        style.corner(axes, [*words, f"error {digits(entry['rms_error_m'], 3)} m rms"])
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
-
-
-def _wrapped(words: str, width: int = 44) -> str:
-    lines = [""]
-    for word in words.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] += f"{word} "
-    return "\n".join(lines)
+    style.few_ticks(axes, 5)
 
 
 def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
@@ -181,22 +167,21 @@ def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
     entries = metrics.get("gauges")
     if not isinstance(entries, list) or not entries:
         return []
-    columns = (
-        ("Correlation", "correlation", 3), ("Error, rms (m)", "rms_error_m", 3), ("Bias (m)", "bias_m", 3),
-        ("Slope", "regression_slope", 2), ("Stated error (m)", "stated_error_m", 3),
-        ("Error to the cells' mean (m)", "cell_rms_error_m", 3), ("Averaging (m)", "averaging_rms_m", 3),
-        ("Hs wire (m)", "hs_wire_m", 2), ("Hs at the radar's times (m)", "hs_true_m", 2),
-        ("Hs radar (m)", "hs_retrieved_m", 2),
-    )  # fmt: skip
-    rows = [
-        [
-            str(entry["name"]),
-            percent(entry["answered"]),
-            *(digits(entry[key], decimals, signed=key == "bias_m") for _, key, decimals in columns),
-        ]
-        for entry in entries
-    ]
-    return [Table("Wave gauges", ("Gauge", "Answered", *(title for title, _, _ in columns)), rows, _note(entries))]
+    columns = {
+        "name": ("Gauge", str),
+        "answered": ("Answered", percent),
+        "correlation": ("Correlation", decimals(3)),
+        "rms_error_m": ("Error, rms (m)", decimals(3)),
+        "bias_m": ("Bias (m)", decimals(3, signed=True)),
+        "regression_slope": ("Slope", decimals(2)),
+        "stated_error_m": ("Stated error (m)", decimals(3)),
+        "cell_rms_error_m": ("Error to the cells' mean (m)", decimals(3)),
+        "averaging_rms_m": ("Averaging (m)", decimals(3)),
+        "hs_wire_m": ("Hs wire (m)", decimals(2)),
+        "hs_true_m": ("Hs at the radar's times (m)", decimals(2)),
+        "hs_retrieved_m": ("Hs radar (m)", decimals(2)),
+    }
+    return [columns_table("Wave gauges", columns, lambda key: [entry[key] for entry in entries], _note(entries))]
 
 
 def _note(entries: list[Mapping[str, Any]]) -> str:

@@ -163,10 +163,7 @@ def section_label(path: str) -> str:
 
 def shown_unit(key: str, unit: str | None) -> str:
     """The unit in which a key is shown; empty for a plain number or a name."""
-    leaf = key.rsplit(".", 1)[-1]
-    if leaf in _SHOWN:
-        return _SHOWN[leaf][0]
-    return unit if unit and unit != "1" else ""
+    return _SHOWN.get(key.rsplit(".", 1)[-1], (unit if unit and unit != "1" else "", ""))[0]
 
 
 def shown_value(key: str, value: Any) -> str:
@@ -179,11 +176,7 @@ def shown_value(key: str, value: Any) -> str:
         return ", ".join(shown_value(key, each) for each in value)
     if not isinstance(value, int | float):
         return str(value)
-    leaf = key.rsplit(".", 1)[-1]
-    try:
-        scaled = Decimal(repr(value)) / Decimal(_SHOWN[leaf][1]) if leaf in _SHOWN else Decimal(repr(value))
-    except InvalidOperation:
-        return repr(value)
+    scaled = Decimal(str(value)) / _factor(key)
     if not scaled.is_finite():
         return repr(value)
     text = f"{scaled.normalize():f}"
@@ -198,18 +191,19 @@ def read_value(key: str, text: str) -> Any:
         return None
     if "," in text:
         return [read_value(key, part) for part in text.strip("[]").split(",")]
-    leaf = key.rsplit(".", 1)[-1]
     try:
-        parse_number(text)
-        if leaf in _SHOWN:
-            return float(Decimal(text) * Decimal(_SHOWN[leaf][1]))
-        return int(text)
-    except (InvalidOperation, ValueError):
-        pass
-    try:
-        return parse_number(text)
+        number = parse_number(text)
     except ValueError:
         return text
+    try:
+        return float(Decimal(text) * _factor(key)) if _factor(key) != 1 else int(text)
+    except (InvalidOperation, ValueError):
+        return number
+
+
+def _factor(key: str) -> Decimal:
+    """How many of its own unit a key's shown one is."""
+    return Decimal(_SHOWN.get(key.rsplit(".", 1)[-1], ("", "1"))[1])
 
 
 def _meaning(model: type[BaseModel], path: list[str]) -> Meaning | None:
@@ -238,29 +232,19 @@ _SINUSOIDAL = " ".join(
     for motion, unit in (("roll", "deg"), ("pitch", "deg"), ("yaw", "deg"), ("heave", "m"))
     for part in (unit, "period_s", "phase_deg")
 )
+_PATTERN, _SLOTTED = "radar.antenna.pattern", "slotted_waveguide"
+_TWO_SCALE = "calibrated_to breaking sea_spikes texture hydrodynamic_modulation"
 _RULES = (  # section, its keys, and what must hold for a run to heed them: values of other keys
     ("sea", "file beyond start_s", {"sea.model": "recorded"}),
     ("scattering", "nrcs_db", {"scattering.nrcs": "constant"}),
-    (
-        "scattering",
-        "calibrated_to breaking sea_spikes texture hydrodynamic_modulation",
-        {"scattering.nrcs": "two_scale"},
-    ),
+    ("scattering", _TWO_SCALE, {"scattering.nrcs": "two_scale"}),
     ("radar", "chirp_bandwidth_hz compression_window", {"radar.waveform": "chirp"}),
     ("radar", "rotation_rpm", {"radar.scan": "turning"}),
     ("radar", "stare_s", {"radar.scan": "staring"}),
-    ("radar.antenna", "file", {"radar.antenna.pattern": "file"}),
-    (
-        "radar.antenna",
-        "azimuth_beamwidth_deg elevation_beamwidth_deg",
-        {"radar.antenna.pattern": "slotted_waveguide gaussian isotropic"},
-    ),
-    ("radar.antenna", "feed", {"radar.antenna.pattern": "slotted_waveguide"}),
-    (
-        "radar.antenna",
-        "design_frequency_hz guide_width_m",
-        {"radar.antenna.pattern": "slotted_waveguide", "radar.antenna.feed": "end"},
-    ),
+    ("radar.antenna", "file", {_PATTERN: "file"}),
+    ("radar.antenna", "azimuth_beamwidth_deg elevation_beamwidth_deg", {_PATTERN: f"{_SLOTTED} gaussian isotropic"}),
+    ("radar.antenna", "feed", {_PATTERN: _SLOTTED}),
+    ("radar.antenna", "design_frequency_hz guide_width_m", {_PATTERN: _SLOTTED, "radar.antenna.feed": "end"}),
     ("radar.receiver", "if_hz adc_rate_hz gain", {"radar.receiver.chain": "digital"}),
     ("radar.receiver", "adc_bits full_scale_dbm stc_exponent stc_range_m", {"radar.receiver.chain": "digital video"}),
     ("radar.receiver", "knee_db video_bandwidth_hz video_pulses", {"radar.receiver.chain": "video"}),

@@ -123,7 +123,7 @@ def _truncated(case: Case) -> Iterator[Row]:
 
 
 def _no_boat(case: Case) -> Iterator[Row]:
-    scene, boat, tilt = case.scene, case.boat, case.boat_tilt
+    scene, boat, tilt = case.scene, case.scene.platform, case.boat_tilt
     if boat == PlatformSettings():
         error, source = f"{HEIGHT} {case.at}, were it unknown", TILT.format(math.degrees(tilt))
         says = "it lies still; platform.motion = 'wave_following' lets it ride"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,6 +23,15 @@ from .reduce import Array
 LEAST_HEIGHT_SCALE_M = 0.05
 LEAST_SLOPE_SCALE = 0.01
 _LEFT, _GAP, _RIGHT = 0.58, 0.26, 0.12  # inches
+_TOP, _TO_BAR, _LINE = 0.28, 0.37, 0.24  # above a panel, from it to its colour bar, and of a line of the key
+
+
+class _Panel(NamedTuple):
+    title: str
+    values: Array  # (y, x)
+    colours: str
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -35,77 +45,87 @@ class _Frame:
     width: float
     height: float
 
+    def draw_bar(
+        self, figure: Figure, image: Any, row_top: float, column: int | None, label: str, extend: str = "both"
+    ) -> None:
+        """Under the panels of a row: under one column, or None for the middle of both."""
+        top, inset = row_top + self.height + _TO_BAR, 0.06 * self.width
+        left, width = _LEFT + 0.5 * self.width, self.width + _GAP
+        if column is not None:
+            left, width = _LEFT + column * width + inset, self.width - 2 * inset
+        style.colour_bar(figure, image, left, top, width, label, extend)
+
 
 @style.styled
 def height_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int = -1) -> Figure:
     """True and retrieved height on one scale, their difference, and the retrieval's own standard error."""
     x, y, true = _ground(truth, "height", turn)
-    _, _, retrieved = _ground(maps, "height", turn)
-    _, _, spread = _ground(maps, "height_std", turn)
+    retrieved, spread = (_ground(maps, name, turn)[2] for name in ("height", "height_std"))
     true = _within_range(scene, x, y, true)
     error = retrieved - true
     frame = _frame(scene, x, y, (true, retrieved), panels=2)
     limit = height_limit(true, retrieved)
-    error_limit = _round_up(max(LEAST_HEIGHT_SCALE_M, _or(reduce.quantile(np.abs(error), 0.98), 0.0)))
-    spread_limit = _round_up(max(LEAST_HEIGHT_SCALE_M, _or(reduce.quantile(spread, 0.95), 0.0)))
-
-    key_rows = _key_rows(scene)
-    row = 0.2 + frame.height + 0.36 + 0.5
-    figure = style.new_figure(0.08 + 2.0 * row + 0.12 + 0.24 * key_rows)
-    top, second = 0.28, _LEFT + frame.width + _GAP
-    both = {"vmin": -limit, "vmax": limit, "cmap": style.HEIGHT_COLOURS}
-    drawn = _panel(figure, frame, scene, 0, top, (x, y, true), "(a) True height", **both)
-    _panel(figure, frame, scene, 1, top, (x, y, retrieved), "(b) Retrieved height", **both)
-    bar = top + frame.height + 0.37
-    style.colour_bar(figure, drawn, _LEFT + 0.5 * frame.width, bar, frame.width + _GAP, _HEIGHT_LABEL, "both")
-
-    top += row
-    bar += row
-    drawn = _panel(
-        figure, frame, scene, 0, top, (x, y, error), "(c) Error: retrieved − true height",
-        vmin=-error_limit, vmax=error_limit, cmap=style.HEIGHT_COLOURS,
-    )  # fmt: skip
-    inset = 0.06 * frame.width
-    style.colour_bar(figure, drawn, _LEFT + inset, bar, frame.width - 2 * inset, "Height error (m)", "both")
-    drawn = _panel(
-        figure, frame, scene, 1, top, (x, y, spread), "(d) Standard error that the retrieval states",
-        vmin=0.0, vmax=spread_limit, cmap=style.SPREAD_COLOURS,
-    )  # fmt: skip
-    style.colour_bar(figure, drawn, second + inset, bar, frame.width - 2 * inset, "Standard error (m)", "max")
-    _key(figure, scene, key_rows, blank=True)
+    of_error, of_spread = (
+        _round_up(max(LEAST_HEIGHT_SCALE_M, _or(reduce.quantile(values, share), 0.0)))
+        for values, share in ((np.abs(error), 0.98), (spread, 0.95))
+    )
+    both = style.HEIGHT_COLOURS, -limit, limit
+    panels = (
+        _Panel("(a) True height", true, *both),
+        _Panel("(b) Retrieved height", retrieved, *both),
+        _Panel("(c) Error: retrieved − true height", error, style.HEIGHT_COLOURS, -of_error, of_error),
+        _Panel("(d) Standard error that the retrieval states", spread, style.SPREAD_COLOURS, 0.0, of_spread),
+    )
+    pitch = frame.height + 1.06
+    figure, drawn = _draw_four(scene, frame, (x, y), panels, pitch, 0.2)
+    frame.draw_bar(figure, drawn[0], _TOP, None, "Height above mean sea level (m), same scale in (a) and (b)")
+    frame.draw_bar(figure, drawn[2], _TOP + pitch, 0, "Height error (m)")
+    frame.draw_bar(figure, drawn[3], _TOP + pitch, 1, "Standard error (m)", "max")
     return figure
-
-
-_HEIGHT_LABEL = "Height above mean sea level (m), same scale in (a) and (b)"
 
 
 @style.styled
 def slope_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int = -1) -> Figure:
     """True and retrieved slope towards east and towards north, all four on one scale."""
-    names = ("slope_x", "slope_y")
+    names = {"slope_x": "east, ∂z/∂x", "slope_y": "north, ∂z/∂y"}
     x, y, _ = _ground(truth, "slope_x", turn)
     true = [_within_range(scene, x, y, _ground(truth, name, turn)[2]) for name in names]
     retrieved = [_ground(maps, name, turn)[2] for name in names]
     frame = _frame(scene, x, y, (*true, *retrieved), panels=2)
     limit = slope_limit(np.stack(true), np.stack(retrieved))
-
-    key_rows = _key_rows(scene)
-    row = 0.2 + frame.height + 0.42
-    figure = style.new_figure(0.08 + 2.0 * row + 0.45 + 0.12 + 0.24 * key_rows)
-    scale = {"vmin": -limit, "vmax": limit, "cmap": style.SLOPE_COLOURS}
-    drawn = None
-    for index, towards in enumerate(("east, ∂z/∂x", "north, ∂z/∂y")):
-        top, letters = 0.28 + index * row, "abcd"[2 * index :]
-        title = f"({letters[0]}) True slope towards {towards}"
-        drawn = _panel(figure, frame, scene, 0, top, (x, y, true[index]), title, **scale)
-        title = f"({letters[1]}) Retrieved slope towards {towards}"
-        _panel(figure, frame, scene, 1, top, (x, y, retrieved[index]), title, **scale)
-    style.colour_bar(
-        figure, drawn, _LEFT + 0.5 * frame.width, 0.28 + row + frame.height + 0.37, frame.width + _GAP,
-        "Slope (m/m), same scale in all panels; positive: the sea rises towards east or north", "both",
-    )  # fmt: skip
-    _key(figure, scene, key_rows, blank=True)
+    panels = [
+        _Panel(f"({letter}) {what} slope towards {towards}", values, style.SLOPE_COLOURS, -limit, limit)
+        for letters, towards, *pair in zip(("ab", "cd"), names.values(), true, retrieved, strict=True)
+        for letter, what, values in zip(letters, ("True", "Retrieved"), pair, strict=True)
+    ]
+    pitch = frame.height + 0.62
+    figure, drawn = _draw_four(scene, frame, (x, y), panels, pitch, 0.65)
+    label = "Slope (m/m), same scale in all panels; positive: the sea rises towards east or north"
+    frame.draw_bar(figure, drawn[2], _TOP + pitch, None, label)
     return figure
+
+
+def _draw_four(
+    scene: Scene, frame: _Frame, ground: tuple[Array, Array], panels: Sequence[_Panel], pitch: float, foot: float
+) -> tuple[Figure, list[AxesImage]]:
+    """Maps of ground cells, two and two, over the key; cells without a value let the grey of what the radar looked at
+    show. pitch, foot: inches from row to row, and left for colour bars under the last."""
+    key = _key_of(scene)
+    figure, (x, y), drawn = style.new_figure(2.0 * pitch + foot + _LINE * (key[-1].row + 1)), ground, []
+    pixels = frame.width * style.DPI * (x[-1] - x[0] + scene.retrieval.ground_m) / (frame.east - frame.west)
+    how = "nearest" if x.size <= pixels else "antialiased"
+    for number, (title, values, colours, low, high) in enumerate(panels):
+        row, column = divmod(number, 2)
+        left = _LEFT + column * (frame.width + _GAP)
+        axes = style.place(figure, left, _TOP + row * pitch, frame.width, frame.height)
+        cells = {"side": scene.retrieval.ground_m, "interpolation": how}
+        drawn.append(draw_ground(axes, (x, y, values), colours, low, high, **cells))
+        _furnish(axes, frame, scene, title, blank=style.BLANK)
+        if column:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
+    _draw_key(figure, key, blank=True)
+    return figure, drawn
 
 
 @style.styled
@@ -116,15 +136,12 @@ def echo_power(scene: Scene, echoes: xr.Dataset, azimuth_deg: Array, turn: int) 
     unit = "dB over thermal noise" if noise > 0.0 else "dB over 1 W"
     level = reduce.power_db(power, noise)
     gates = np.asarray(echoes["range"].values, dtype=np.float64)
-    height = scene.radar.height_m
-    ground = reduce.ground_range(reduce.edges(gates, scene.radar.range_sampling_m), height)
-    east, north = unit_from_azimuth(borders)
-    x, y = east[:, None] * ground, north[:, None] * ground
+    ground = reduce.ground_range(reduce.edges(gates, scene.radar.range_sampling_m), scene.radar.height_m)
+    x, y = (each[:, None] * ground for each in unit_from_azimuth(borders))
 
-    frame = _frame(scene, np.array([0.0]), np.array([0.0]), (), panels=1.75)
-    key_rows = _key_rows(scene)
-    figure = style.new_figure(0.28 + frame.height + 0.37 + 0.45 + 0.12 + 0.24 * key_rows)
-    axes = style.place(figure, _LEFT, 0.28, frame.width, frame.height)
+    frame, key = _frame(scene, np.array([0.0]), np.array([0.0]), (), panels=1.75), _key_of(scene)
+    figure = style.new_figure(_TOP + frame.height + 0.94 + _LINE * (key[-1].row + 1))
+    axes = style.place(figure, _LEFT, _TOP, frame.width, frame.height)
     low, high = reduce.quantile(level, 0.02), reduce.quantile(level, 0.97)
     if not np.isfinite(low):
         low, high = 0.0, 1.0
@@ -135,21 +152,15 @@ def echo_power(scene: Scene, echoes: xr.Dataset, azimuth_deg: Array, turn: int) 
         vmin=low, vmax=max(high, low + 1.0), shading="flat", rasterized=True,
     )  # fmt: skip
     _furnish(axes, frame, scene, "(a) Mean echo power", lines="#f0f0f0")
-    axes.set_ylabel("North of antenna (m)", labelpad=1.0)
-    inset = 0.06 * frame.width
-    bar_top = 0.28 + frame.height + 0.37
-    style.colour_bar(figure, drawn, _LEFT + inset, bar_top, frame.width - 2 * inset, f"Mean power ({unit})", "both")
+    frame.draw_bar(figure, drawn, _TOP, 0, f"Mean power ({unit})")
 
     left = _LEFT + frame.width + 0.62
-    profile = style.place(figure, left, 0.28, style.WIDTH - left - 0.12, frame.height)
+    profile = style.place(figure, left, _TOP, style.WIDTH - left - _RIGHT, frame.height)
     style.graph(profile, "Range (m)", f"Power ({unit})", "(b) Mean power against range")
     if np.isfinite(level).any():
+        low, high = ([reduce.quantile(column, share) for column in level.T] for share in (0.1, 0.9))
+        style.band(profile, gates, low, high, style.SKY, 0.45, label="10–90 % of the looks")
         average = reduce.power_db(reduce.mean(power, axis=0), noise)
-        tenth = np.array([reduce.quantile(column, 0.1) for column in level.T])
-        nine_tenths = np.array([reduce.quantile(column, 0.9) for column in level.T])
-        profile.fill_between(
-            gates, tenth, nine_tenths, color=style.SKY, alpha=0.45, linewidth=0.0, label="10–90 % of the looks"
-        )
         profile.plot(gates, average, color=style.BLUE, label="mean over the looks")
         if noise > 0.0:
             profile.axhline(0.0, color=style.BLACK, linewidth=0.8, linestyle="--", label="thermal noise")
@@ -158,7 +169,7 @@ def echo_power(scene: Scene, echoes: xr.Dataset, azimuth_deg: Array, turn: int) 
         profile.legend(loc="upper right")
     else:
         style.note(profile, "no echoes of this turn")
-    _key(figure, scene, key_rows, blank=False)
+    _draw_key(figure, key, blank=False)
     return figure
 
 
@@ -216,11 +227,8 @@ def draw_ground(
 def _ground(tree: xr.DataTree, name: str, turn: int) -> tuple[Array, Array, Array]:
     """x and y, rising, and the variable (y, x) of one turn."""
     variable = tree["ground"].dataset[name].isel(turn=turn).sortby(["y", "x"])
-    return (
-        np.asarray(variable["x"].values, dtype=np.float64),
-        np.asarray(variable["y"].values, dtype=np.float64),
-        np.asarray(variable.values, dtype=np.float64),
-    )
+    x, y, values = (np.asarray(each.values, dtype=np.float64) for each in (variable["x"], variable["y"], variable))
+    return x, y, values
 
 
 def _within_range(scene: Scene, x: Array, y: Array, values: Array) -> Array:
@@ -230,55 +238,35 @@ def _within_range(scene: Scene, x: Array, y: Array, values: Array) -> Array:
 def _frame(scene: Scene, x: Array, y: Array, values: tuple[Array, ...], panels: float) -> _Frame:
     """The sector that the radar looks at and every cell that has a value, with a margin; `panels` beside each other."""
     far, near = scene.far_ground_range, _near_ground_range(scene)
-    azimuth = np.linspace(*scene.radar.sector_deg, 181)
-    east, north = unit_from_azimuth(azimuth)
-    xs = [np.array([0.0]), far * east, near * east]
-    ys = [np.array([0.0]), far * north, near * north]
+    xs, ys = ([0.0, *far * each, *near * each] for each in unit_from_azimuth(np.linspace(*scene.radar.sector_deg, 181)))
     if values:
         some = np.any([np.isfinite(value) for value in values], axis=0)
-        xs.append(x[some.any(axis=0)])
-        ys.append(y[some.any(axis=1)])
-    x_all, y_all = np.concatenate(xs), np.concatenate(ys)
+        xs.extend(x[some.any(axis=0)])
+        ys.extend(y[some.any(axis=1)])
     margin = 0.03 * far
-    west, east_, south, north_ = x_all.min() - margin, x_all.max() + margin, y_all.min() - margin, y_all.max() + margin
-    ratio = (north_ - south) / (east_ - west)
+    west, east, south, north = min(xs) - margin, max(xs) + margin, min(ys) - margin, max(ys) + margin
     width = (style.WIDTH - _LEFT - _RIGHT - _GAP) / panels
-    height = width * ratio
+    height = width * (north - south) / (east - west)
     if height > 1.25 * width:  # a narrow sector to the north or south: widen the ground, keep the panel
-        grow = 0.5 * ((north_ - south) / 1.25 - (east_ - west))
-        west, east_, height = west - grow, east_ + grow, 1.25 * width
+        grow = 0.5 * ((north - south) / 1.25 - (east - west))
+        west, east, height = west - grow, east + grow, 1.25 * width
     elif height < 0.5 * width:
-        grow = 0.5 * ((east_ - west) * 0.5 - (north_ - south))
-        south, north_, height = south - grow, north_ + grow, 0.5 * width
-    return _Frame(float(west), float(east_), float(south), float(north_), float(width), float(height))
+        grow = 0.5 * ((east - west) * 0.5 - (north - south))
+        south, north, height = south - grow, north + grow, 0.5 * width
+    return _Frame(*map(float, (west, east, south, north, width, height)))
 
 
 def _near_ground_range(scene: Scene) -> float:
     return float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
 
 
-def _panel(
-    figure: Figure,
-    frame: _Frame,
-    scene: Scene,
-    column: int,
-    top: float,
-    grid: tuple[Array, Array, Array],
-    title: str,
-    **scale: Any,
-) -> AxesImage:
-    """One map of ground cells. Cells without a value let the grey of the looked-at area show."""
-    x = grid[0]
-    axes = style.place(figure, _LEFT + column * (frame.width + _GAP), top, frame.width, frame.height)
-    pixels = frame.width * style.DPI * (x[-1] - x[0] + scene.retrieval.ground_m) / (frame.east - frame.west)
-    how = "nearest" if x.size <= pixels else "antialiased"
-    image = draw_ground(axes, grid, side=scene.retrieval.ground_m, interpolation=how, **scale)
-    _furnish(axes, frame, scene, title, blank=style.BLANK)
-    if column == 0:
-        axes.set_ylabel("North of antenna (m)", labelpad=1.0)
-    else:
-        axes.tick_params(labelleft=False)
-    return image
+def looked_at(scene: Scene, colour: str) -> Wedge:
+    """The sector between the nearest and the farthest range, filled."""
+    start, stop = scene.radar.sector_deg  # Wedge counts degrees anticlockwise from east
+    far, near = scene.far_ground_range, _near_ground_range(scene)
+    return Wedge(
+        (0.0, 0.0), far, 90.0 - stop, 90.0 - start, width=far - near, facecolor=colour, edgecolor="none", zorder=1.0
+    )
 
 
 def _furnish(axes: Axes, frame: _Frame, scene: Scene, title: str, blank: str = "none", lines: str = "#404040") -> None:
@@ -287,20 +275,17 @@ def _furnish(axes: Axes, frame: _Frame, scene: Scene, title: str, blank: str = "
     axes.set_xlim(frame.west, frame.east)
     axes.set_ylim(frame.south, frame.north)
     axes.set_xlabel("East of antenna (m)", labelpad=1.0)
+    axes.set_ylabel("North of antenna (m)", labelpad=1.0)
     axes.set_title(title)
     style.few_ticks(axes)
     axes.tick_params(labelsize=style.FONT - 0.5)
-    start, stop = scene.radar.sector_deg
-    far, near = scene.far_ground_range, _near_ground_range(scene)
-    # Wedge counts degrees anticlockwise from east.
-    wedge = Wedge(
-        (0.0, 0.0), far, 90.0 - stop, 90.0 - start, width=far - near, facecolor=blank, edgecolor="none", zorder=1.0
-    )
-    axes.add_patch(wedge)
+    axes.add_patch(looked_at(scene, blank))
+    (start, stop), far = scene.radar.sector_deg, scene.far_ground_range
     east, north = unit_from_azimuth(np.linspace(start, stop, max(16, int(stop - start))))
     middle = 45.0 if stop - start > 350.0 else 0.5 * (start + stop)
     label_east, label_north = (float(part) for part in unit_from_azimuth(middle))
-    step = _circle_step(far)
+    decade = 10.0 ** np.floor(np.log10(far))  # of a round distance that fits three to six times into the range
+    step = next(each for each in decade * np.array([0.2, 0.25, 0.5, 1.0, 2.0]) if far / each <= 6.0)
     for radius in (*np.arange(step, far, step), far):
         outer = radius == far
         line = ("#404040", 0.6, "-") if outer else (lines, 0.4, (0, (4, 3)))
@@ -310,22 +295,22 @@ def _furnish(axes: Axes, frame: _Frame, scene: Scene, title: str, blank: str = "
                 radius * label_east, radius * label_north, f"{radius:g} m", ha="center", va="center", zorder=4.0,
                 fontsize=style.FONT - 2.0, path_effects=[patheffects.withStroke(linewidth=1.6, foreground="white")],
             )  # fmt: skip
-    axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, zorder=4.0, linestyle="none")
-
-
-def _circle_step(far: float) -> float:
-    """A round distance that fits three to six times into the range."""
-    decade = 10.0 ** np.floor(np.log10(far))
-    return float(
-        next(step for step in (decade / 5.0, decade / 4.0, decade / 2.0, decade, 2.0 * decade) if far / step <= 6.0)
-    )
+    style.mark_antenna(axes)
 
 
 # ------------------------------------------------------------------------------------------- the key below a map
 
 
-def _key_items(scene: Scene) -> list[tuple[str, float | str]]:
-    """Texts of the key, each with its arrow's azimuth or its symbol's name."""
+class _Entry(NamedTuple):
+    """Of the key: words, an arrow's azimuth or a symbol's name, inches from the left, and line."""
+
+    text: str
+    symbol: float | str
+    left: float
+    row: int
+
+
+def _key_of(scene: Scene) -> list[_Entry]:
     items: list[tuple[str, float | str]] = [("north", 0.0)]
     for waves in scene.sea.waves:
         facts = wave_facts(waves, scene.sea.depth_m)
@@ -333,37 +318,26 @@ def _key_items(scene: Scene) -> list[tuple[str, float | str]]:
             items.append((reduce.describe_waves(waves, scene.sea.depth_m), facts.from_deg + 180.0))
     wind = scene.scattering
     text = f"wind {wind.wind_speed_m_s:.3g} m/s from {wind.wind_from_deg % 360.0:.4g}°"
-    items.append((text, wind.wind_from_deg + 180.0))
-    items.append(("antenna", "antenna"))
-    items.append(("shadow or no echo", "blank"))
-    return items
-
-
-def _key_layout(scene: Scene) -> list[tuple[str, float | str, float, int]]:
-    """Items of the key with their distance from the left [inches] and their row."""
+    items += [(text, wind.wind_from_deg + 180.0), ("antenna", "antenna"), ("shadow or no echo", "blank")]
     placed, left, row = [], 0.3, 0
-    for text, symbol in _key_items(scene):
+    for text, symbol in items:
         width = 0.46 + 0.05 * len(text)
         if left + width > style.WIDTH and left > 0.3:
             left, row = 0.3, row + 1
-        placed.append((text, symbol, left, row))
+        placed.append(_Entry(text, symbol, left, row))
         left += width
     return placed
 
 
-def _key_rows(scene: Scene) -> int:
-    return _key_layout(scene)[-1][3] + 1
-
-
-def _key(figure: Figure, scene: Scene, rows: int, blank: bool) -> None:
+def _draw_key(figure: Figure, key: Sequence[_Entry], blank: bool) -> None:
     """A strip along the foot of the figure: arrows point where waves and wind go."""
-    high = 0.24 * rows
+    high = _LINE * (key[-1].row + 1)
     axes = style.place(figure, 0.0, float(figure.get_size_inches()[1]) - high - 0.04, style.WIDTH, high)
     axes.set_xlim(0.0, style.WIDTH)
     axes.set_ylim(-high, 0.0)
     axes.set_axis_off()
-    for text, symbol, left, row in _key_layout(scene):
-        x, y = left + 0.12, -0.12 - 0.24 * row
+    for text, symbol, left, row in key:
+        x, y = left + 0.12, -0.12 - _LINE * row
         if symbol == "blank":
             if not blank:
                 continue

@@ -116,10 +116,6 @@ class Case:
     def radar(self) -> RadarSettings:
         return self.scene.radar
 
-    @property
-    def boat(self) -> PlatformSettings:
-        return self.scene.platform
-
     @cached_property
     def array(self) -> Array:
         return antenna_array(self.radar)
@@ -191,7 +187,7 @@ class Case:
     @cached_property
     def boat_tilt(self) -> float:
         """Rms tilt [rad] along the look; of a boat that has no motion, that which the waves would give it."""
-        boat = self.boat
+        boat = self.scene.platform
         moving = boat.model_copy(update={"motion": "wave_following"}) if boat == PlatformSettings() else boat
         return tilt_std(moving, self.scene.turns * self.scene.turn_duration_s, self.waves)
 
@@ -355,7 +351,7 @@ def converter(case: Case) -> Row:
 
 
 def _boat(case: Case) -> Iterator[Row]:
-    boat = case.boat
+    boat = case.scene.platform
     sensors = "sensors perfect" if boat.sensors == type(boat.sensors)() else "its sensors err"
     says = f"platform.motion = '{boat.motion}', {boat.speed_m_s:g} m/s; {sensors}"
     tilt = 0.0 if boat == PlatformSettings() else case.boat_tilt

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,7 @@ from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
 from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, spectrum_figures
-from .headline import headline, run_line, summary, verdict
+from .headline import fold_warning, ground_warning, headline, run_line, sea_rows, summary, verdict, warnings
 from .page_elements import (
     NOTHING,
     Fold,
@@ -33,7 +31,6 @@ from .page_elements import (
     metres,
     percent,
 )
-from .sea_statistics import fold_warning, ground_warning, sea_rows, warnings
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
@@ -124,12 +121,7 @@ def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
         "power_error_db": ("Power error (dB)", decimals(2)),
         "visible_error": ("Visible share", percent),
     }
-    by_range = mesh.get("by_range", ())
-    return [
-        columns_table(
-            "The mesh", [(head, [row[k] for row in by_range], write) for k, (head, write) in columns.items()], note
-        )
-    ]
+    return [columns_table("The mesh", columns, lambda key: [row[key] for row in mesh["by_range"]], note)]
 
 
 def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:
@@ -137,12 +129,14 @@ def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:
     scale = metrics.get("calibration")
     if not isinstance(scale, Mapping):
         return []
-    heads = {"grazing_deg": "Grazing (°)", "up_wind_db": "Up-wind (dB)", "cross_wind_db": "Cross-wind (dB)"}
-    heads |= {"down_wind_db": "Down-wind (dB)"}
-    writers = [decimals(2), *[decimals(1, signed=True)] * 3]
-    columns = [(heads[k], reduce.series(scale.get(k)), write) for k, write in zip(heads, writers, strict=True)]
+    columns = {
+        "grazing_deg": ("Grazing (°)", decimals(2)),
+        "up_wind_db": ("Up-wind (dB)", decimals(1, signed=True)),
+        "cross_wind_db": ("Cross-wind (dB)", decimals(1, signed=True)),
+        "down_wind_db": ("Down-wind (dB)", decimals(1, signed=True)),
+    }
     note = "What is added to the theory's mean echo to make it that of the measured model, shadows included."
-    return [columns_table("Calibration of the mean echo", columns, note)]
+    return [columns_table("Calibration of the mean echo", columns, lambda key: scale[key], note)]
 
 
 def _sea_table(metrics: Mapping[str, Any]) -> Table:
@@ -154,8 +148,9 @@ def _sea_table(metrics: Mapping[str, Any]) -> Table:
 
 
 def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
-    centres = reduce.series(metrics.get("range_m"))
+    bins = reduce.series(metrics.get("range_m")).size
     columns = {
+        "range_m": ("Range (m)", decimals(1)),
         "height_rmse_m": ("Height error, rms (m)", decimals(3)),
         "height_robust_m": ("Robust (m)", decimals(3)),
         "height_bias_m": ("Bias (m)", decimals(3, signed=True)),
@@ -165,13 +160,12 @@ def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
     }
     if scene.tracing.diffraction != "none":
         columns["illumination"] = ("Power with diffraction", percent)
-    shown = [(head, reduce.series(metrics.get(k), centres.size), write) for k, (head, write) in columns.items()]
     note = "Cells more than half visible; bins of few are not drawn."
-    return columns_table("Against range", [("Range (m)", centres, decimals(1)), *shown], note)
+    return columns_table("Against range", columns, lambda key: reduce.series(metrics.get(key), bins), note)
 
 
 def _visible_table(metrics: Mapping[str, Any]) -> list[Table]:
-    """Half ranges and visible shares, to light and to a radar; none of runs by earlier versions."""
+    """Half ranges and visible shares, to light and to a radar; none where the metrics do not say."""
     _, shown = reduce.visible(metrics)
     if not shown:
         return []
@@ -181,16 +175,15 @@ def _visible_table(metrics: Mapping[str, Any]) -> list[Table]:
         "half_visible_m": ("Half visible to (m)", decimals(0)),
         "visible_fraction": ("Share at 50–200 m", percent),
     }
-    filled = [(head, [row[k] for row in shown], write) for k, (head, write) in columns.items()]
     own = metrics["visible"]["polarization"]
     note = f"By ground range, of the first turn's looks. This radar's polarization is {own}."
-    return [columns_table("What is visible", filled, note)]
+    return [columns_table("What is visible", columns, lambda key: [row[key] for row in shown], note)]
 
 
 def _time_table(metrics: Mapping[str, Any]) -> Table:
-    stages = (*curves.STAGES, "total")
-    runs = [(name, [run.get(stage) for stage in stages], decimals(3)) for name, run in curves.timing_runs(metrics)]
-    return columns_table("Wall time (s)", [("Stage", stages, str), *runs])
+    runs = dict(curves.timing_runs(metrics))
+    rows = [[stage, *(digits(run.get(stage), 3) for run in runs.values())] for stage in (*curves.STAGES, "total")]
+    return Table("Wall time (s)", ["Stage", *runs], rows)
 
 
 def _run_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
@@ -202,23 +195,19 @@ def _run_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
         ["Rays", count(metrics.get("rays"))],
         ["Peak memory", f"{digits(memory, 2)} GB" if np.isfinite(memory) else NOTHING],
         ["Real-time factor", digits(metrics.get("real_time_factor"), 3)],
+        ["Python", platform.python_version()],
     ]
-    rows += [[name.capitalize(), str(metrics[name])] for name in ("backend", "device") if metrics.get(name)]
-    rows += [[name, version] for name, version in _versions(metrics)]
-    return Table("The run", ["", ""], rows)
+    return Table("The run", ["", ""], [*rows, *([package, _version(package)] for package in _PACKAGES)])
 
 
-def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
-    given = metrics.get("versions")
-    if isinstance(given, Mapping):
-        return [(str(name), str(version)) for name, version in given.items()]
-    versions = [("Python", platform.python_version())]
-    for package in _PACKAGES:
-        try:
-            versions.append((package, importlib.metadata.version(package)))
-        except importlib.metadata.PackageNotFoundError:
-            versions.append((package, NOTHING))
-    return versions
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return NOTHING
+
+
+# ---------------------------------------------------------------------------------------------------- the figures
 
 
 def pictures(
@@ -231,7 +220,7 @@ def pictures(
     verified: Verified | None = None,
     windows: Windows | None = None,
 ) -> list[Picture]:
-    """The figures of the page, in order, with what is to be said of each. Nothing is drawn yet."""
+    """The figures of the page, in order, with what is to be said of each. Nothing is drawn yet but the animation."""
     run = _Run(scene, retrieved, truth, metrics, echoes)
     return [
         _height_maps(run),
@@ -240,65 +229,34 @@ def pictures(
         *forecast_figures.forecast_pictures(scene, retrieved, verified),
         *forecast_figures.window_pictures(windows, scene.prediction.quiet.confidence),
         *gauge_figures.gauge_pictures(gauges),
-        _slope_maps(run),
-        _error_against_range(run),
-        _height_scatter(run),
-        _visible_share(run),
-        _echo_power(run),
-        _timing(run),
+        *_graphs(run),
     ]
 
 
-@dataclass(frozen=True)
 class _Run:
     """What is shown, and the words that several captions share."""
 
-    scene: Scene
-    retrieved: xr.DataTree
-    truth: xr.DataTree
-    metrics: Mapping[str, Any]
-    echoes: xr.Dataset
-
-    @cached_property
-    def figures(self) -> dict[str, str]:
-        return dict(headline(self.metrics))
-
-    @cached_property
-    def turns(self) -> np.ndarray[Any, Any]:
-        return reduce.coordinate(self.retrieved, "polar", "turn")
-
-    @property
-    def turn(self) -> int:
-        """The one that maps and the echo's picture show."""
-        return int(self.turns[-1])
-
-    @property
-    def which_turn(self) -> str:
-        return f" The last of {self.turns.size} turns ({turn_name(self.turn)}) is shown." if self.turns.size > 1 else ""
-
-    @property
-    def over_turns(self) -> str:
-        return f", over all {self.turns.size} turns" if self.turns.size > 1 else ""
-
-    @property
-    def cells(self) -> str:
-        settings = self.scene.retrieval
-        return f"{settings.cell_range_m:g} m × {settings.cell_azimuth_deg:g}°"
-
-    @property
-    def judged(self) -> str:
-        return reduce.judged_band(self.truth)
-
-    @property
-    def blank(self) -> str:
-        """What the grey of the maps means."""
-        words = (
+    def __init__(
+        self,
+        scene: Scene,
+        retrieved: xr.DataTree,
+        truth: xr.DataTree,
+        metrics: Mapping[str, Any],
+        echoes: xr.Dataset,
+    ) -> None:
+        self.scene, self.retrieved, self.truth, self.metrics, self.echoes = scene, retrieved, truth, metrics, echoes
+        self.figures, self.judged = dict(headline(metrics)), reduce.judged_band(truth)
+        self.turns = reduce.coordinate(retrieved, "polar", "turn")
+        several, last = self.turns.size > 1, turn_name(self.turns[-1])
+        self.which_turn = f" The last of {self.turns.size} turns ({last}) is shown." if several else ""
+        self.over_turns = f", over all {self.turns.size} turns" if several else ""
+        self.cells = f"{scene.retrieval.cell_range_m:g} m × {scene.retrieval.cell_azimuth_deg:g}°"
+        self.blank = (  # what the grey of the maps means
             "Grey is where the radar looked and got no height: shadow, an echo under the threshold, or a cell that the "
             "retrieval would not vouch for. Nothing is filled in. "
         )
-        if left := ground_warning(self.metrics):
-            words += f"{left[0].upper()}{left[1:]}. "
-        return words
+        if left := ground_warning(metrics):
+            self.blank += f"{left[0].upper()}{left[1:]}. "
 
 
 def _height_maps(run: _Run) -> Picture:
@@ -320,15 +278,27 @@ def _height_maps(run: _Run) -> Picture:
         "lit or not. (b) What the retrieval made of the echoes, "
         f"{averaged}, on the same scale. (c) Their "
         "difference, on its own scale; unlike the figures against range it includes cells that are less than half "
-        f"visible. (d) The standard error that the retrieval states for itself. {run.blank}Colour bars end in arrows "
+        f"visible. (d) The standard error that the retrieval states for itrun. {run.blank}Colour bars end in arrows "
         "where values lie beyond. North is up, the antenna (triangle) at the origin; azimuth is time, since a turn "
         f"takes {run.scene.turn_duration_s:.3g} s and the waves move on meanwhile{snapshot}." + run.which_turn,
         lambda: maps.height_maps(run.scene, run.retrieved, run.truth),
     )
 
 
-def _slope_maps(run: _Run) -> Picture:
-    return Picture(
+def _graphs(run: _Run) -> Iterator[Picture]:
+    """What stands below the heights and what was made of them."""
+    words, slope = run.figures, digits(run.metrics.get("slope_rms_look"), 3)
+    noise = reduce.number(run.echoes.attrs.get("noise_power_w", 0.0))
+    over_noise = "in dB over 1 W (no noise was added)"
+    if noise > 0.0:
+        over_noise = f"in dB over the thermal noise of one gate ({noise:.3g} W); noise is part of the power, so "
+        over_noise += "0 dB means no echo"
+    azimuth = reduce.coordinate(run.retrieved, "polar", "azimuth")
+    by_radar = ""
+    if reduce.visible(run.metrics)[1]:
+        by_radar = f"To a radar in VV and in HH: water that returns {run.metrics['visible']['seen_db']:g} dB or "
+        by_radar += "more of its two-way power when lit, in the first turn. "
+    yield Picture(
         "slope_maps",
         "True and retrieved slope",
         "Four maps, north up: true and retrieved slope towards east, true and retrieved slope towards north.",
@@ -337,11 +307,7 @@ def _slope_maps(run: _Run) -> Picture:
         + run.which_turn,
         lambda: maps.slope_maps(run.scene, run.retrieved, run.truth),
     )
-
-
-def _error_against_range(run: _Run) -> Picture:
-    words = run.figures
-    return Picture(
+    yield Picture(
         "error_against_range",
         "Error against range",
         f"Graphs of height error, bias and slope error against range; overall rms {words['Height error, rms']}, "
@@ -350,15 +316,12 @@ def _error_against_range(run: _Run) -> Picture:
         "rms, robust (1.4826 × the median absolute deviation, blind to outliers) and mean (positive: retrieved too "
         "high; the truth is the mean of the whole cell, while the radar sees crests more than troughs). Dashed: "
         "the median of the retrieval's own standard error in the same cells; where it lies below the rms, the "
-        f"retrieval is too sure of itself. Over {run.judged}: rms "
+        f"retrieval is too sure of itrun. Over {run.judged}: rms "
         f"{words['Height error, rms']}, robust {words['Height error, robust']}, bias {words['Height bias']}. (c) "
         "The rms error of the slope, as metrics.json gives it.",
         lambda: curves.error_against_range(run.retrieved, run.truth, run.metrics),
     )
-
-
-def _height_scatter(run: _Run) -> Picture:
-    return Picture(
+    yield Picture(
         "height_scatter",
         "Retrieved against true height",
         f"Two-dimensional histogram of retrieved against true height, correlation {run.figures['Correlation']}, and "
@@ -369,62 +332,30 @@ def _height_scatter(run: _Run) -> Picture:
         "error follows the normal distribution, with 68 % within ±1 and 95 % within ±2.",
         lambda: curves.height_scatter(run.retrieved, run.truth),
     )
-
-
-def _visible_share(run: _Run) -> Picture:
-    slope, from_cells = reduce.slope_rms_along_look(run.truth, run.metrics)
-    source = (
-        f"taken from the mean slopes of the {run.scene.retrieval.cell_range_m:g} m cells, so that shorter waves are "
-        "missing from it and the curves lie too high"
-        if from_cells
-        else "of the simulated surface"
-    )
-    return Picture(
+    yield Picture(
         "visible_share",
         "Visible share against range",
         f"Visible share of the sea against ground range with the curves of Smith and Wagner: "
         f"half of the sea is visible to {run.figures['Half visible to']}.",
-        f"{_radar_words(run.metrics)}Share of the horizontal area of the polar cells that is lit for both "
+        f"{by_radar}Share of the horizontal area of the polar cells that is lit for both "
         f"antennas{run.over_turns}: all looks, "
         "and sectors of ±22.5° about the direction from which the highest waves come (up-wave), the opposite one "
         "(down-wave) and both at right angles (across). Smith (1967) and Wagner (1967) for a Gaussian sea with an "
-        f"rms slope along the look of {digits(slope, 3)}, {source}, at the grazing angle atan(antenna height / "
+        f"rms slope along the look of {slope}, of the simulated surface, at the grazing angle atan(antenna height / "
         "ground range). Both ignore that height and slope are correlated along the ray, and overestimate "
         "visibility against exact ray tracing (in the seas of the validation, Smith by 3–16 %, Wagner by 20–45 %).",
         lambda: curves.visible_share(run.scene, run.truth, run.metrics),
     )
-
-
-def _radar_words(metrics: Mapping[str, Any]) -> str:
-    if not reduce.visible(metrics)[1]:
-        return ""
-    return (
-        f"To a radar in VV and in HH: water that returns {metrics['visible']['seen_db']:g} dB or more of its two-way "
-        "power when lit, in the first turn. "
-    )
-
-
-def _echo_power(run: _Run) -> Picture:
-    noise = reduce.number(run.echoes.attrs.get("noise_power_w", 0.0))
-    over_noise = (
-        f"in dB over the thermal noise of one gate ({noise:.3g} W); noise is part of the power, so 0 dB means no echo"
-        if noise > 0.0
-        else "in dB over 1 W (no noise was added)"
-    )
-    azimuth = reduce.coordinate(run.retrieved, "polar", "azimuth")
-    return Picture(
+    yield Picture(
         "echo_power",
         "The echo",
         "Plan position indicator of mean echo power, north up, and its profile against range.",
         f"Mean power per look and range gate, over its pulses and both receivers, {over_noise}. (a) Plan position "
         "indicator: north up, azimuth clockwise, gates placed at the ground range of mean sea level. (b) The mean "
         f"over the looks (of power, not of dB) and the spread of the looks, against slant range." + run.which_turn,
-        lambda: maps.echo_power(run.scene, run.echoes, azimuth, run.turn),
+        lambda: maps.echo_power(run.scene, run.echoes, azimuth, int(run.turns[-1])),
     )
-
-
-def _timing(run: _Run) -> Picture:
-    return Picture(
+    yield Picture(
         "timing",
         "Where the time went",
         f"Bars of wall time per stage; real-time factor {digits(run.metrics.get('real_time_factor'), 3)}.",

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jinja2
 import numpy as np
 
 from ..conventions import written
 from . import reduce
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
 NOTHING = "—"
-Column = tuple[str, Iterable[Any], Callable[[Any], str]]  # head, values, and how one is written
+Column = tuple[str, Callable[[Any], str]]  # head, and how a value is written
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,12 @@ class Table:
     nothing: str = "No cells."
 
 
-def columns_table(title: str, columns: Sequence[Column], note: str = "") -> Table:
-    """Of values and how each is written, column by column."""
-    texts = [[write(value) for value in values] for _, values, write in columns]
-    return Table(title, [head for head, _, _ in columns], list(zip(*texts, strict=True)), note)
+def columns_table(
+    title: str, columns: Mapping[str, Column], values: Callable[[str], Iterable[Any]], note: str = ""
+) -> Table:
+    """Of columns by name: heads, how a value is written, and the values of each."""
+    texts = [[write(value) for value in values(name)] for name, (_, write) in columns.items()]
+    return Table(title, [head for head, _ in columns.values()], list(zip(*texts, strict=True)), note)
 
 
 class Fold(NamedTuple):
@@ -153,6 +155,8 @@ def html_page(
 
 def templates(*packages: str) -> jinja2.Environment:
     """Those of this package, and before them those of others, by their names."""
+    import jinja2  # a sweep that is refused does without
+
     loaders = [jinja2.PackageLoader(each, ".") for each in (*packages, "seamap_rt.report")]
     return jinja2.Environment(
         loader=jinja2.ChoiceLoader(loaders), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,

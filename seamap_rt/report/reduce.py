@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, wrap_degrees
-from ..metrics import HALF_VISIBLE, headline_band, headline_gates
+from ..metrics import headline_band, headline_gates
 from ..scene import Scene
 from ..sea import WaveFacts, wave_facts
 from ..settings import SinusoidWaves, WaveSystem
@@ -44,10 +44,7 @@ def series(values: Any, size: int | None = None) -> Array:
 
 def mean(values: NDArray[Any], axis: int | tuple[int, ...] | None = None) -> Array:
     """Mean of the finite values; NaN where there are none."""
-    finite = np.isfinite(values)
-    count = finite.sum(axis=axis)
-    total = np.where(finite, values, 0.0).sum(axis=axis, dtype=np.float64)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return np.ma.filled(np.ma.masked_invalid(values).mean(axis=axis, dtype=np.float64), np.nan)
 
 
 def quantile(values: NDArray[Any], share: float) -> float:
@@ -135,7 +132,7 @@ def judged_band(tree: xr.DataTree) -> str:
 
 
 def visible(metrics: Mapping[str, Any]) -> tuple[Array, list[Mapping[str, Any]]]:
-    """Ground ranges [m] and curves of `visible` in the metrics, light first; none of runs by earlier versions."""
+    """Ground ranges [m] and curves of `visible` in the metrics, light first; none where they do not say."""
     entry = metrics.get("visible")
     return (series(entry.get("range_m")), list(entry["curves"])) if isinstance(entry, Mapping) else (np.array([]), [])
 
@@ -144,37 +141,10 @@ def half_visible_in_words(metrics: Mapping[str, Any]) -> str:
     """To how far half of the sea is visible to the radar in its own polarization, and to light."""
     entry, (_, curves) = metrics.get("visible"), visible(metrics)
     if not isinstance(entry, Mapping):
-        return f"{half_visible(metrics)[1]} (light)"
+        return "— (light)"
     own = {each["sees"]: each["half_visible_m"] for each in curves if each["level_db"] in (0.0, entry["seen_db"])}
     far = [(name, own.get(name)) for name in (entry["polarization"], "light")]
     return ", ".join(f"{'—' if half is None else f'{half:.0f} m'} ({name})" for name, half in far)
-
-
-def half_visible(metrics: Mapping[str, Any]) -> tuple[float, str]:
-    """m: the range beyond which less than half of the sea is visible, over all looks, between bins' middles; and how
-    the scene has it in words. NaN where all bins see more than half, 0 where the first sees less."""
-    middle = series(metrics.get("range_m"))
-    share = series(metrics.get("visible_fraction"), middle.size)
-    middle, share = middle[np.isfinite(share)], share[np.isfinite(share)]
-    below = np.flatnonzero(share < HALF_VISIBLE)
-    if not share.size:
-        return float("nan"), "—"
-    if not below.size:
-        return float("nan"), f"beyond {middle[-1]:.0f} m"
-    first = int(below[0])
-    if not first:
-        return 0.0, f"nearer than {middle[0]:.0f} m"
-    at = np.interp(HALF_VISIBLE, share[[first, first - 1]], middle[[first, first - 1]])
-    return float(at), f"{at:.0f} m"
-
-
-def slope_rms_along_look(truth: xr.DataTree, metrics: Mapping[str, Any]) -> tuple[float, bool]:
-    """Rms slope along the look, and whether it had to be taken from the cells' mean slopes."""
-    given = metrics.get("slope_rms_look")
-    value = float(np.sqrt(mean(series(given) ** 2))) if isinstance(given, list | tuple) else number(given)
-    if np.isfinite(value):
-        return value, False
-    return float(np.sqrt(mean(polar(truth, "slope_range") ** 2))), True
 
 
 def mean_power(echoes: xr.Dataset, azimuth_deg: ArrayLike, turn: int, only: float) -> tuple[Array, Array]:

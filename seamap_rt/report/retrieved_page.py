@@ -34,7 +34,7 @@ def retrieved_page(
     table = Table(
         "What the echoes say of themselves",
         ("Verdict", "What", "Found", "What to do"),
-        [[Cell(text) for text in _row(finding)] for finding in findings],
+        [[Cell(_VERDICTS[verdict]), *map(Cell, (what, says, remedy))] for what, verdict, says, remedy in findings],
         "Nothing here knows the sea.",
     )
     described = "\n".join(f"{name} = {value}" for name, value in sorted(radar.items()))
@@ -50,10 +50,6 @@ def retrieved_page(
         table=table,
         files=["maps.nc"],
     )
-
-
-def _row(finding: Finding) -> tuple[str, str, str, str]:
-    return _VERDICTS[finding.verdict], finding.what, finding.says, finding.remedy
 
 
 def _sentence(line: str) -> str:
@@ -76,8 +72,8 @@ def draw_heights(ground: xr.Dataset) -> Figure:
     """height and height_std [m] over y and x [m], both ascending; grey where there is no height."""
     height, error = (np.asarray(ground[name].values, dtype=np.float64) for name in ("height", "height_std"))
     figure = style.new_figure(_PANEL + 1.15)
-    limit = max(0.05, float(np.nanquantile(np.abs(height), 0.99)) if np.isfinite(height).any() else 0.05)
-    top = float(np.nanquantile(error, 0.95)) if np.isfinite(error).any() else 0.05
+    limit = max(0.05, np.nan_to_num(reduce.quantile(np.abs(height), 0.99)))
+    top = np.nan_to_num(reduce.quantile(error, 0.95), nan=0.05)
     panels = (
         (height, "(a) Height above mean sea level", "Height (m)", style.HEIGHT_COLOURS, (-limit, limit), "both"),
         (error, "(b) Its standard error", "Standard error (m)", style.SPREAD_COLOURS, (0.0, max(top, 0.01)), "max"),
@@ -113,6 +109,7 @@ def by_range(maps: xr.DataTree) -> Figure:
     """Mean level, signal to noise, coherence and the share of cells that answer, against range."""
     polar = maps["polar"].to_dataset()
     distance = np.asarray(polar["range"].values, dtype=np.float64)
+    bins = np.array_split(np.arange(distance.size), min(_BINS, distance.size))
     figure = style.new_figure(4.6)
     spots = [(_LEFT + column * 3.6, 0.3 + row * 2.2) for row in (0, 1) for column in (0, 1)]
     axes = [style.place(figure, left, top, 3.0, 1.55) for left, top in spots]
@@ -128,21 +125,12 @@ def by_range(maps: xr.DataTree) -> Figure:
         (axes[2], "coherence", "Coherence", "(c) Coherence of the receivers, median"),
     ):
         style.graph(panel, "Range (m)", label, title)
-        x, y = _medians(distance, np.asarray(polar[name].values, dtype=np.float64))
+        y = np.array([reduce.quantile(polar[name].values[..., gates].astype(np.float64), 0.5) for gates in bins])
         if np.isfinite(y).any():
-            panel.plot(x, y, color=style.BLUE)
+            panel.plot([distance[gates].mean() for gates in bins], y, color=style.BLUE)
         else:
             style.note(panel, "not known")
     style.graph(axes[3], "Range (m)", "Share", "(d) Cells with a height")
     axes[3].plot(distance, np.isfinite(polar["height"].values).mean(axis=(0, 1)), color=style.BLUE)
     axes[3].set_ylim(0.0, 1.02)
     return figure
-
-
-def _medians(distance: Array, field: Array) -> tuple[Array, Array]:
-    """Medians of a field (turn, look, gate) over bins of gates."""
-    x, y = [], []
-    for gates in np.array_split(np.arange(distance.size), min(_BINS, distance.size)):
-        x.append(float(distance[gates].mean()))
-        y.append(reduce.quantile(field[..., gates], 0.5))
-    return np.array(x), np.array(y)

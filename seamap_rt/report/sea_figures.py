@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
@@ -96,7 +95,7 @@ def _map(axes: Axes, points: Array, picture: Array, title: str) -> None:
     axes.set_aspect("equal")
     axes.set_title(title)
     axes.set_xlabel("East of antenna (m)", labelpad=1.0)
-    axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none")
+    style.mark_antenna(axes)
     style.few_ticks(axes)
 
 
@@ -124,8 +123,12 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
         k = float(dispersion.wavenumber(2.0 * np.pi / waves.peak_period, scene.sea.depth_m))
         reach = min(reach, _WAVES_BESIDE * 2.0 * np.pi / k)
     along = np.linspace(-reach, reach, 1201)
-    line = _Line(points, along * east, along * north)
-    height, visible = line.of(moment["sea_surface_height"]), line.of(moment["visible"], nearest=True)
+    index = np.stack((along * north - points[0], along * east - points[0])) / (points[1] - points[0])
+
+    def on_line(name: str, order: int = 1) -> Array:
+        return map_coordinates(moment[name].values.astype(np.float64), index, order=order, mode="nearest")
+
+    height, visible = on_line("sea_surface_height"), on_line("visible", order=0)
     style.graph(axes, f"Distance along the main waves, towards {toward:.4g}° (m)", "Height (m)", "")
     axes.plot(along, height, color=_SHADOW, linewidth=0.8, label="sea")
     axes.plot(along, np.where(visible > 0, height, np.nan), color=style.BLUE, linewidth=1.8, label="seen by the radar")
@@ -133,10 +136,10 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
     limit = 1.9 * max(float(np.abs(height).max()), 0.05)
     axes.set_ylim(-limit, limit)
     every = slice(along.size // (2 * _ARROWS), None, along.size // _ARROWS)
-    outward = east * line.of(moment["velocity_x"]) + north * line.of(moment["velocity_y"])
-    fastest = max(float(np.hypot(outward, line.of(moment["velocity_z"])).max()), 1e-6)
+    outward, upward = east * on_line("velocity_x") + north * on_line("velocity_y"), on_line("velocity_z")
+    fastest = max(float(np.hypot(outward, upward).max()), 1e-6)
     arrows = axes.quiver(
-        along[every], height[every], outward[every], line.of(moment["velocity_z"])[every], angles="uv",
+        along[every], height[every], outward[every], upward[every], angles="uv",
         scale=28.0 * fastest, width=0.0016, color=style.VERMILION, zorder=3.0,
     )  # fmt: skip
     key = float(f"{fastest:.1g}")
@@ -147,18 +150,6 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
     exaggeration = (box.height / limit) / (box.width / reach)
     axes.set_title(f"(c) Section through the antenna, waves go right; heights drawn {exaggeration:.2g} times too high")
     axes.legend(loc="lower right", ncols=2)
-
-
-class _Line:
-    """Samples fields (y, x) along a line."""
-
-    def __init__(self, points: Array, x: Array, y: Array) -> None:
-        step = points[1] - points[0]
-        self._index = np.stack(((y - points[0]) / step, (x - points[0]) / step))
-
-    def of(self, field: xr.DataArray, nearest: bool = False) -> Array:
-        values = np.asarray(field.values, dtype=np.float64)
-        return map_coordinates(values, self._index, order=0 if nearest else 1, mode="nearest")
 
 
 # ------------------------------------------------------------------------------------------------------ animation
@@ -173,17 +164,15 @@ def animation(scene: Scene, moments: xr.Dataset) -> bytes:
     times = moments["time"].values
     chosen = np.arange(0, times.size, int(np.ceil(times.size / _MOST_FRAMES)))
     side = int(np.clip(np.sqrt(_MOST_GIF_PIXELS / chosen.size), *_GIF_SIDE))
-    frames = list(_frames(scene, moments, chosen, side))
     waits = np.diff(times[chosen])
     milliseconds = [round(1e3 * float(wait)) for wait in (*waits, np.median(waits))]
-    return gif(frames, milliseconds)
+    return gif(list(_frames(scene, moments, chosen, side)), milliseconds)
 
 
 def _frames(scene: Scene, moments: xr.Dataset, chosen: NDArray[np.intp], side: int) -> Iterator[Image.Image]:
     """The map of the elevation at the chosen times."""
     inches = side / style.DPI
-    figure = Figure(figsize=(inches, inches + 0.12), dpi=style.DPI)
-    canvas = FigureCanvasAgg(figure)
+    figure = style.new_figure(inches + 0.12, inches, style.DPI)
     axes = figure.add_axes((0.16, 0.12, 0.81, 0.81 * inches / (inches + 0.12)))
     limit = _height_limit(moments["sea_surface_height"].isel(time=0).values)
     colours = ScalarMappable(Normalize(-limit, limit), style.HEIGHT_COLOURS)
@@ -197,5 +186,5 @@ def _frames(scene: Scene, moments: xr.Dataset, chosen: NDArray[np.intp], side: i
             _arrow(axes, scene)
         axes.images[0].set_data(picture)
         axes.set_title(title)
-        canvas.draw()
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        figure.canvas.draw()
+        yield style.snapshot(figure)

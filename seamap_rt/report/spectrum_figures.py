@@ -43,19 +43,13 @@ class _System(NamedTuple):
 
 
 def _systems(scene: Scene, spectrum: xr.Dataset) -> list[_System]:
-    values = {name: spectrum[name].values for name in spectrum.variables}
-    return [
-        _System(
-            reduce.describe_waves(scene.sea.waves[number], scene.sea.depth_m),
-            _COLOURS[row % len(_COLOURS)],
-            _MARKERS[values["system_kind"][row]],
-            values["system_kind"][row] == len(_MARKERS) - 1,
-            float(values["system_direction"][row]),
-            1.0 / float(values["system_period"][row]),
-            values["system_spectrum"][row],
-        )
-        for row, number in enumerate(values["system"])
-    ]
+    result = []
+    for row, number in enumerate(spectrum["system"].values):
+        values = {name: spectrum[f"system_{name}"].values[row] for name in ("kind", "direction", "period", "spectrum")}
+        words, kind = reduce.describe_waves(scene.sea.waves[number], scene.sea.depth_m), values["kind"]
+        look = words, _COLOURS[row % len(_COLOURS)], _MARKERS[kind], kind == len(_MARKERS) - 1
+        result.append(_System(*look, float(values["direction"]), 1.0 / float(values["period"]), values["spectrum"]))
+    return result
 
 
 @style.styled
@@ -243,8 +237,7 @@ def map_spectra(retrieved: Density | None, true: Density | None, of_scene: tuple
 def wave_height_pictures(metrics: Mapping[str, Any]) -> list[Picture]:
     """The wave height by the maps, turn by turn; none where no turn shows a sea."""
     state = metrics.get("sea_state")
-    height = reduce.series(state.get("significant_wave_height")) if isinstance(state, Mapping) else np.array([])
-    if not np.isfinite(height).any():
+    if not isinstance(state, Mapping) or not np.isfinite(reduce.series(state.get("significant_wave_height"))).any():
         return []
     return [
         Picture(
@@ -269,8 +262,8 @@ def wave_height(metrics: Mapping[str, Any]) -> Figure:
     figure = style.new_figure(2.3)
     axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.74, 1.55)
     style.graph(axes, "Turn", "Hs (m)", "")
-    low, high = height - 1.96 * spread, height + 1.96 * spread
-    axes.fill_between(turn, low, high, color=style.VERMILION, alpha=0.2, linewidth=0.0)
+    high = height + 1.96 * spread
+    style.band(axes, turn, height - 1.96 * spread, high, style.VERMILION, 0.2)
     axes.plot(turn, height, "o-", color=style.VERMILION, markersize=2.5, label="by the maps, ± 1.96 stated errors")
     if np.isfinite(true):
         axes.axhline(true, color=style.BLACK, linestyle="--", linewidth=0.9, label="of the scene")

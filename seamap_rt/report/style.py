@@ -108,9 +108,9 @@ def _turn_greys(figure: Figure) -> None:
             put(colour)
 
 
-def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure, as wide as the page unless set otherwise; inches."""
-    figure = Figure(figsize=(width, height))
+def new_figure(height: float, width: float = WIDTH, dpi: float | None = None) -> Figure:
+    """An empty figure, as wide as the page unless set otherwise; inches. dpi: of frames."""
+    figure = Figure(figsize=(width, height), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
 
@@ -142,6 +142,27 @@ def few_ticks(axes: Axes, most: int = 6) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
 
 
+def band(axes: Axes, x: Any, low: Any, high: Any, colour: str, alpha: float, **more: Any) -> None:
+    """What lies between two curves, filled."""
+    axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0.0, **more)
+
+
+def upright(axes: Axes, at: float, words: str, colour: str = GREY, line: str = ":", **more: Any) -> None:
+    """An abscissa that is marked by a line, with words at its foot. more: of these."""
+    axes.axvline(at, color=colour, linestyle=line, linewidth=0.9)
+    axes.text(at, 0.02, words, color=colour, transform=axes.get_xaxis_transform(), **more)
+
+
+def corner(axes: Axes, lines: Sequence[str], **more: Any) -> None:
+    """A few words in the upper left corner."""
+    axes.text(0.03, 0.97, "\n".join(lines), transform=axes.transAxes, va="top", fontsize=FONT - 0.5, **more)
+
+
+def mark_antenna(axes: Axes, x: float = 0.0, y: float = 0.0) -> None:
+    """A triangle where it stands."""
+    axes.plot(x, y, marker="^", color="black", markersize=3.5, linestyle="none", zorder=4.0)
+
+
 def note(axes: Axes, text: str) -> None:
     """A sentence in the middle of axes that have nothing to show."""
     if not axes.lines:
@@ -169,6 +190,12 @@ def colours(name: str) -> Colormap:
 def masked(values: NDArray[Any]) -> np.ma.MaskedArray[Any, Any]:
     """The values with what is not finite left out."""
     return np.ma.masked_invalid(values)
+
+
+def snapshot(figure: Figure) -> Image.Image:
+    """What is drawn of the figure, as a frame of an animation."""
+    canvas: Any = figure.canvas
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def gif(frames: Sequence[Image.Image], milliseconds: Sequence[int], colours: int = 256) -> bytes:

@@ -17,6 +17,6 @@ Evidence: validation/models/shadowing.md.
 
 from .choices import outlooks
 from .shadowing import shadowing, shadowing_by_cutoff
-from .trade import trade
+from .sweep import trade
 
 __all__ = ["outlooks", "shadowing", "shadowing_by_cutoff", "trade"]

@@ -59,21 +59,19 @@ def best_of_all(table: xr.Dataset) -> Iterator[str]:
     """The greatest radius of all designs, for each of the circumstances, and at which ends of the grid it lies; where
     one key alone is chosen and its values are numbers, `choices` has said it."""
     mean, along = table["fully_measured_radius_m"].mean("seed"), along_of(table)
-    free = [str(name) for name in mean.dims if mean.sizes[name] > 1 and not str(name).startswith(CIRCUMSTANCES)]
+    given = [str(name) for name in mean.dims if str(name).startswith(CIRCUMSTANCES)]
+    free = [str(name) for name in mean.dims if mean.sizes[name] > 1 and name not in given]
     if along and len(free) < 2:
         return
-    given = [str(name) for name in mean.dims if str(name).startswith(CIRCUMSTANCES)]
-    for at in product(*(range(mean.sizes[name]) for name in given)):
-        here = mean.isel(dict(zip(given, at, strict=True)))
+    for words, here in _parts(mean, given):
         if along:
             here = here.sel({along: here[along] <= table.attrs.get("at_most", np.inf)})
         if not here.notnull().any():
             continue
         best = here.isel(here.argmax(...))
-        words = [_valued(name, best[name].item()) for name in given if mean.sizes[name] > 1]
         where = [f"{_valued(name, best[name].item())}{_end_in_words(mean, here, best, name)}" for name in free]
         greatest = f"{'greatest ' if free else ''}fully measured radius{' of all' if along else ''} {best.item():.0f} m"
-        yield (f"{', '.join(words)}: " if words else "") + greatest + (f", at {'; '.join(where)}" if where else "")
+        yield (f"{words}: " if words else "") + greatest + (f", at {'; '.join(where)}" if where else "")
 
 
 def _end_in_words(mean: xr.DataArray, here: xr.DataArray, best: xr.DataArray, name: str) -> str:
@@ -90,7 +88,8 @@ def choice_in_words(choice: Choice) -> str:
     """What is good enough and how sure that is; which is the best, whether the grid ends there; what a limit costs."""
     key = words_of(choice.key)
     limit = f" of at most {key.value(choice.at_most)}" if np.isfinite(choice.at_most) else ""
-    sure = "" if np.isnan(choice.confidence) else f" (confidence {_confidence(choice.confidence)})"
+    confidence = "above 99%" if choice.confidence > 0.995 else f"{choice.confidence:.0%}"
+    sure = "" if np.isnan(choice.confidence) else f" (confidence {confidence})"
     text = f"lowest {key.name} within {WITHIN:.0%} of the best{limit}: {key.value(choice.value)}{sure}, good enough"
     if choice.is_first and choice.best != choice.value:
         text += " (the first of the grid; a lower one may be, too)"
@@ -104,23 +103,23 @@ def choice_in_words(choice: Choice) -> str:
     return text
 
 
-def _confidence(share: float) -> str:
-    return "above 99%" if share > 0.995 else f"{share:.0%}"
-
-
 def choices(table: xr.Dataset) -> Iterator[tuple[str, xr.Dataset, Choice]]:
     """For each choice of the other keys: these in words, their part of the table, and what to choose there."""
     key = along_of(table)
     if not key:
         return
     radius = table["fully_measured_radius_m"]
-    others = [str(dim) for dim in radius.dims if dim not in (key, "seed")]
-    for at in product(*(range(radius.sizes[name]) for name in others)):
-        here = table.isel(dict(zip(others, at, strict=True)))
+    for words, here in _parts(table, [str(dim) for dim in radius.dims if dim not in (key, "seed")]):
         choice = choose(here["fully_measured_radius_m"], key, at_most=table.attrs.get("at_most", np.inf))
         if choice is not None:
-            words = [_valued(name, here[name].item()) for name in others if radius.sizes[name] > 1]
-            yield ", ".join(words), here, choice
+            yield words, here, choice
+
+
+def _parts(table: Any, keys: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """For each choice of the keys' values: these in words, and their part of the table or array."""
+    for at in product(*(range(table.sizes[name]) for name in keys)):
+        here = table.isel(dict(zip(keys, at, strict=True)))
+        yield ", ".join(_valued(name, here[name].item()) for name in keys if table.sizes[name] > 1), here
 
 
 def least_confidence(table: xr.Dataset) -> float:
@@ -138,11 +137,10 @@ def along_of(table: xr.Dataset) -> str:
 
 def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
     """How much is measured at what is chosen; the band is pooled over the whole table."""
-    at = here[choice.key].values.tolist().index(choice.value)
+    at = {choice.key: here[choice.key].values.tolist().index(choice.value)}
     band = means(table["fully_measured_radius_m"])
-    same = {name: here[name] for name in band.dims if name != choice.key}
-    radius = band.sel(same).isel({choice.key: at})
-    one = here.isel({choice.key: at})
+    radius = band.sel({name: here[name] for name in band.dims if name != choice.key}).isel(at)
+    one = here.isel(at)
     wide = with_band(float(radius["mean"]), float(radius["low"]), float(radius["high"]), " m")
     gross = written(100.0 * float(one["gross_share"].mean()), 1)
     more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
@@ -172,11 +170,11 @@ def _valued(key: str, value: Any) -> str:
 POLARIZATION = "scattering.polarization"
 RADIUS, REACH, QUALITY = "outlook_fully_measured_radius_m", "outlook_reach_m", "outlook_quality_by_range"
 MOTION = "outlook_motion_cost_m"
-_WORDS = {
-    RADIUS: ("m", "fully measured radius by the outlook, without a simulation"),
-    REACH: ("m", f"range at which the mean score falls below {LEVEL:g}, by the outlook"),
-    MOTION: ("m", "fully measured radius that the boat's motion costs, by the outlook"),
-    QUALITY: ("1", "mean score of all cells by the outlook, without a simulation"),
+_ATTRIBUTES = {
+    RADIUS: {"units": "m", "long_name": "fully measured radius by the outlook, without a simulation"},
+    REACH: {"units": "m", "long_name": f"range at which the mean score falls below {LEVEL:g}, by the outlook"},
+    MOTION: {"units": "m", "long_name": "fully measured radius that the boat's motion costs, by the outlook"},
+    QUALITY: {"units": "1", "long_name": "mean score of all cells by the outlook, without a simulation"},
 }
 _SCATTER_M = 1.2  # standard deviation of a run's radius over seeds, of 64 random designs: validation.claims.outlook
 _MOST_SEEDS = 64
@@ -191,16 +189,14 @@ def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]], at_most: float
     """
     scene = as_scene(scene)
     grid = Grid.of(scene, vary)
-    designs = grid.designs
-    refuse_limit(grid.vary, at_most)
-    middles = np.arange(0.5 * BIN_M, scene.radar.range_m[1] + BIN_M, BIN_M)
-    return outlook_columns(grid.vary, designs, middles).assign_attrs({} if at_most is None else {"at_most": at_most})
+    columns = outlook_columns(grid, np.arange(0.5 * BIN_M, scene.radar.range_m[1] + BIN_M, BIN_M), at_most)
+    return columns.assign_attrs({} if at_most is None else {"at_most": at_most})
 
 
-def outlook_columns(
-    vary: Mapping[str, Sequence[Any]], scenes: Mapping[tuple[int, ...], Scene | InputError], middles: np.ndarray
-) -> xr.Dataset:
-    """Of scenes by their place in the grid, in bins about `middles` (range,) [m]."""
+def outlook_columns(grid: Grid, middles: np.ndarray, at_most: float | None = None) -> xr.Dataset:
+    """Of a grid's designs, in bins about `middles` (range,) [m]. Raises InputError for a limit that leaves none."""
+    vary, scenes = grid.vary, grid.designs
+    refuse_limit(vary, at_most)
     import xarray as xr
 
     from ..design_outlook import outlook  # loads numba
@@ -223,15 +219,10 @@ def outlook_columns(
             if inside.any():
                 quality[(*at, number)] = found["quality"].values[inside].mean()
     return xr.Dataset(
-        {name: (dims, values, _attrs(name)) for name, values in columns.items()}
-        | {QUALITY: ((*dims, "range"), quality, _attrs(QUALITY))},
+        {name: (dims, values, _ATTRIBUTES[name]) for name, values in columns.items()}
+        | {QUALITY: ((*dims, "range"), quality, _ATTRIBUTES[QUALITY])},
         {key: (key, labels(values)) for key, values in vary.items()} | {"range": middles},
     )
-
-
-def _attrs(name: str) -> dict[str, str]:
-    units, words = _WORDS[name]
-    return {"units": units, "long_name": words}
 
 
 def outlook_lines(found: xr.Dataset) -> Iterator[str]:

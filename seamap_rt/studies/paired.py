@@ -131,19 +131,12 @@ def choose(values: xr.DataArray, key: str, seed: int = 0, at_most: float = np.in
         spread = np.sqrt(1.0 / (seeds * stream.chisquare(seeds - 1, _DRAWS)))
         drawn = mean[:allowed] + spread[:, None] * (stream.normal(size=(_DRAWS, seeds)) @ rest.T)
         confidence = float(np.mean(_least(drawn) == chosen))
-    best, beyond = int(np.argmax(mean[:allowed])), int(np.argmax(mean))
-    tried = allowed < at.size
-    return Choice(
-        key,
-        float(at[chosen]),
-        float(at[best]),
-        confidence,
-        end_of(grid, at[best], allowed > 1 and np.delete(mean[:allowed], best).max() < mean[best]),
-        at[chosen] == grid[0] and grid.size > 1,
-        at_most,
-        float(at[beyond]) if tried else np.nan,
-        1.0 - float(mean[best] / mean[beyond]) if tried and mean[beyond] > 0.0 else np.nan,
-    )
+    best, beyond, tried = int(np.argmax(mean[:allowed])), int(np.argmax(mean)), allowed < at.size
+    alone = allowed > 1 and np.delete(mean[:allowed], best).max() < mean[best]
+    lost = 1.0 - float(mean[best] / mean[beyond]) if tried and mean[beyond] > 0.0 else np.nan
+    value, further = float(at[chosen]), float(at[beyond]) if tried else np.nan
+    end, is_first = end_of(grid, at[best], alone), value == grid[0] and grid.size > 1
+    return Choice(key, value, float(at[best]), confidence, end, is_first, at_most, further, lost)
 
 
 def end_of(grid: NDArray[np.float64], value: float, alone: bool) -> str:

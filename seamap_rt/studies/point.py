@@ -21,7 +21,6 @@ from threading import Lock, Timer
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import __version__
 from ..compute.machine import forget_peak_memory, one_blas_thread, peak_memory
@@ -55,17 +54,12 @@ class SimulatorCache:
         from ..simulation import Simulator  # takes half a second
 
         before = self._taken()
-        if before is None:
-            return self._remembering(Simulator(scene))
-        sea, rays = before.sea if before.has_sea_of(scene) else None, before.ray_scenes
+        sea = before.sea if before is not None and before.has_sea_of(scene) else None
+        rays = before.ray_scenes if before is not None else None
+        del before  # before the next sea takes memory
+        simulator = Simulator(scene, sea, rays)
         if sea is None:
-            del before  # before the next sea takes memory
-            return self._remembering(Simulator(scene, None, rays))
-        return Simulator(scene, sea, rays)
-
-    @staticmethod
-    def _remembering(simulator: Simulator) -> Simulator:
-        simulator.sea.remember(_REMEMBERED_BYTES)
+            simulator.sea.remember(_REMEMBERED_BYTES)
         return simulator
 
     def finished(self, simulator: Simulator) -> None:
@@ -154,12 +148,11 @@ def _outcome(task: Task, clock: Stopwatch) -> Outcome:
     try:
         return ended(task, "done", "") | judged(validate(Scene, tomllib.loads(task.scene)), clock)
     except InputError as refusal:
-        outcome = ended(task, "refused", "; ".join(refusal.problems))
+        return ended(task, "refused", "; ".join(refusal.problems))
     except MemoryError as error:
-        outcome = ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
+        return ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
     except Exception as error:
-        outcome = ended(task, "failed", f"{type(error).__name__}: {error}")
-    return outcome
+        return ended(task, "failed", f"{type(error).__name__}: {error}")
 
 
 def ended(task: Task, status: Status, reason: str) -> Outcome:
@@ -222,20 +215,18 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         metrics = error_figures(_all_turns(maps), _all_turns(truths))
     CACHE.finished(simulator)
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
-    cells = _cells(truths[0]["range"].values) * truths[0].sizes["azimuth"] * scene.turns
+    gates = np.unique(np.floor(truths[0]["range"].values / BIN_M), return_counts=True)[1]  # of bins that hold any
     edges = np.asarray(metrics["range_m"]) - 0.5 * BIN_M
     whole = (edges >= near) & (edges + BIN_M <= far)
-    known = [
-        float(n / every) if all_of_it else None
-        for n, every, all_of_it in zip(metrics["cells"], cells, whole, strict=True)
-    ]
+    share = np.asarray(metrics["cells"]) / (gates * truths[0].sizes["azimuth"] * scene.turns)
+    known = [float(each) if all_of_it else None for each, all_of_it in zip(share, whole, strict=True)]
     facts = {"significant_height_m": 4.0 * sigma, "range_m": [near, far], "facets": facets, "folded_share": folded}
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
     assert simulator.visible is not None
-    overall = {name: value for name, value in overall.items() if name != "range_m"}
-    overall |= rings.figures | simulator.visible.figures
-    return {"metrics": overall, "by_range": by_range, "facts": facts}
+    del overall["range_m"]
+    figures = overall | rings.figures | simulator.visible.figures
+    return {"metrics": figures, "by_range": by_range, "facts": facts}
 
 
 def _by_bin(rings: CoverageProfile) -> list[float | None]:
@@ -250,11 +241,6 @@ def _all_turns(turns: list[xr.Dataset]) -> xr.DataTree:
 
     joined = turns[0] if len(turns) == 1 else xr.concat(turns, "turn", data_vars="all")
     return xr.DataTree.from_dict({"/polar": joined})
-
-
-def _cells(ranges: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Cells of a look in each of the metrics' bins that hold any."""
-    return np.unique(np.floor(ranges / BIN_M), return_counts=True)[1]
 
 
 def _writable(value: Any) -> Any:

@@ -25,7 +25,7 @@ from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
 from ..report.reduce import main_waves
-from ..resolved_scene import installation_of
+from ..resolved_scene import installation_of, run_sea
 from ..scene import Scene, SceneLike, as_scene, with_keys
 from ..sea import Sea
 from ..settings import TracingSettings
@@ -59,7 +59,7 @@ def shadowing(
     `polarization` and `level` [dB].
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
-    from .visible_tally import Light, Looks, common_meshing, lights, realise, tally
+    from .visible_tally import Light, Looks, common_meshing, lights, tally
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -73,7 +73,7 @@ def shadowing(
     for number in range(seeds):
         pace.begin()
         pace.stage(f"trace of {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
-        _, sea = realise(scene, scene.seed + number)
+        sea = run_sea(with_keys(scene, {"seed": scene.seed + number}))  # the very one that `simulate` draws
         if window is None:
             window = _window_of(scenes[0], meshing, sea, bin_m, from_deg)
         seeded = [with_keys(each, {"seed": scene.seed + number}) for each in scenes]
@@ -125,7 +125,11 @@ def joined(each: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
-    if not _are_metres(heights_m):
+    try:
+        listed = np.asarray(heights_m, dtype=np.float64).ndim == 1
+    except (TypeError, ValueError):
+        listed = False
+    if not listed:
         raise InputError(f"heights = {heights_m!r:.60}: must be a list of metres, such as [3, 5, 10]")
     if not len(heights_m):
         raise InputError("heights: is empty; give antenna heights in metres, such as 3,5,10")
@@ -135,13 +139,6 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
         raise InputError(f"seeds = {seeds}: must be at least 1; 3 or more give bands")
     if not (np.isfinite(bin_m) and bin_m > 0.0):
         raise InputError(f"bin = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
-
-
-def _are_metres(heights_m: Sequence[float]) -> bool:
-    try:
-        return np.asarray(heights_m, dtype=np.float64).ndim == 1
-    except (TypeError, ValueError):
-        return False
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float, from_deg: float) -> Window:
@@ -189,8 +186,7 @@ def write_shadowing(
             data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
             if progress:
                 progress("writing and drawing")
-            shares, seen = style.png(draw_shadowing(data)), style.png(draw_seen(data))
-            lines = headlines(data)
+            shares, seen, lines = style.png(draw_shadowing(data)), style.png(draw_seen(data)), headlines(data)
             made = {
                 "scene.toml": scene.to_toml().encode("utf-8"),
                 "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk

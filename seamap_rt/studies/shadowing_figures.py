@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import matplotlib
 import matplotlib.colors
@@ -19,9 +19,7 @@ from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
 from .visible_tally import LOOKS
 
 _DASHES = {"VV": "-.", "HH": ":"}
-_ALL_DASHES = ("-", *_DASHES.values(), "--")
 _LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches
-_WIDE = (style.WIDTH - _LEFT - 2.0 * _GAP - 0.12) / 3.0
 LOOK_WORDS = {
     "all looks": "all looks",
     "along": "along the waves, up and down",
@@ -34,23 +32,15 @@ LOOK_WORDS = {
 def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Figure:
     """Visible share against range for the looks, and the half range against the look; a colour per height."""
     figure = style.new_figure(6.75)
-    wide = (style.WIDTH - _LEFT - 0.12 - (len(looks) - 1) * _GAP) / len(looks)
-    for number, look in enumerate(looks):
-        axes = style.place(figure, _LEFT + number * (wide + _GAP), 0.65, wide, _HIGH)
-        style.graph(axes, "Ground range (m)", "Visible share (%)" if number == 0 else "", _title(number, look))
-        axes.tick_params(labelleft=number == 0)
+    for axes, look in _row(figure, data, looks, 0.65, "Visible share (%)", "Ground range (m)", titled=True):
         axes.axhline(50.0, color=style.GREY, linewidth=0.6)
         for height, colour in _heights(data):
             _draw_share(axes, data.sel(height=height, look=look), colour)
-        axes.set(ylim=(0.0, 103.0), xlim=(0.0, float(data["range"].max())))
+        axes.set_ylim(0.0, 103.0)
         if data["look_visible_fraction"].sel(look=look).isnull().all():
             style.note(axes, "nothing known")
-    _legend(
-        figure,
-        data,
-        ("to light, 95 % band", *(f"to a radar, {each} −6 dB" for each in _DASHES), "Smith 1967"),
-        _ALL_DASHES,
-    )
+    lines = "to light, 95 % band", *(f"to a radar, {each} −6 dB" for each in _DASHES), "Smith 1967"
+    _legend(figure, data, lines, ("-", *_DASHES.values(), "--"))
     below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
     _draw_half_ranges(below, data, len(looks))
     note = f"Bands: {data.attrs['bands']}.\nJags along the waves are single crests, which stand across a whole sector."
@@ -58,10 +48,24 @@ def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Fig
     return figure
 
 
+def _row(
+    figure: Figure, data: xr.Dataset, looks: Sequence[str], top: float, label: str, x_label: str, titled: bool
+) -> Iterator[tuple[Axes, str]]:
+    """A panel for each look, side by side over the ranges."""
+    wide = (style.WIDTH - _LEFT - 0.12 - (len(looks) - 1) * _GAP) / len(looks)
+    for number, look in enumerate(looks):
+        axes = style.place(figure, _LEFT + number * (wide + _GAP), top, wide, _HIGH)
+        title = f"({'abc'[number]}) {LOOK_WORDS[look]}" if titled else ""
+        style.graph(axes, x_label, "" if number else label, title)
+        axes.tick_params(labelleft=number == 0)
+        axes.set_xlim(0.0, float(data["range"].max()))
+        yield axes, look
+
+
 def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     distance = mast["range"].values
     low, high = (100.0 * mast[f"look_visible_fraction_{end}"].values for end in ("low", "high"))
-    axes.fill_between(distance, low, high, color=colour, alpha=0.15, linewidth=0.0)
+    style.band(axes, distance, low, high, colour, 0.15)
     axes.plot(distance, 100.0 * mast["look_smith"].values, color=colour, linestyle="--", linewidth=0.9)
     if "look_exact" in mast:
         axes.plot(distance, 100.0 * mast["look_exact"].values, "x", color=style.BLACK, markersize=3.0)
@@ -86,8 +90,8 @@ def _draw_half_ranges(axes: Axes, data: xr.Dataset, number: int) -> None:
         half = mast["r50"].values
         reach = np.abs(np.stack([half - mast["r50_low"].values, mast["r50_high"].values - half]))
         axes.errorbar(angle, half, np.nan_to_num(reach), fmt="o", color=colour, markersize=3.0, linewidth=0.8)
-        smith = mast["r50_smith"].values
-        axes.plot(angle, np.where(np.isfinite(smith), smith, np.nan), "--", color=colour, linewidth=0.9)
+        smith = mast["r50_smith"].where(np.isfinite(mast["r50_smith"]))
+        axes.plot(angle, smith, "--", color=colour, linewidth=0.9)
         beyond = np.isnan(half) & (mast["visible_fraction"].min("range").values > 0.0)
         axes.plot(angle[beyond], np.full(beyond.sum(), far), "^", color=colour, markersize=4.0, clip_on=False)
     axes.set(ylim=(0.0, 1.02 * far), xlim=(-187.5, 187.5), xticks=range(-180, 181, 45))
@@ -99,33 +103,25 @@ def _draw_half_ranges(axes: Axes, data: xr.Dataset, number: int) -> None:
 def draw_seen(data: xr.Dataset) -> Figure:
     """How far what is seen stands above the mean, and how long shadows and visible stretches are, along each look."""
     figure = style.new_figure(8.05)
-    for number, look in enumerate(LOOKS):
-        rows: list[Axes] = []
-        for row, (what, label) in enumerate(
-            (("crest_bias", "Seen above the mean (m)"), ("shadow", "Shadows (m)"), ("visible", "Seen at a stretch (m)"))
-        ):
-            axes = style.place(figure, _LEFT + number * (_WIDE + _GAP), 0.65 + row * (_HIGH + 0.35), _WIDE, _HIGH)
-            title = _title(number, look) if row == 0 else ""
-            style.graph(axes, "Ground range (m)" if row == 2 else "", label if number == 0 else "", title)
-            axes.tick_params(labelleft=number == 0)
+    tops = [0.65 + row * (_HIGH + 0.35) for row in range(3)]
+    for axes, look in _row(figure, data, tuple(LOOKS), tops[0], "Seen above the mean (m)", "", titled=True):
+        for height, colour in _heights(data):
+            mast = data.sel(height=height, look=look)
+            low, high = (mast[f"look_crest_bias_{end}"].values for end in ("low", "high"))
+            style.band(axes, mast["range"].values, low, high, colour, 0.15)
+            axes.plot(mast["range"].values, mast["look_crest_bias"].values, color=colour)
+        axes.axhline(0.0, color=style.BLACK, linewidth=0.6)
+        axes.set_ylim(_limits(data, "crest_bias"))
+    runs = ("shadow", "Shadows (m)", ""), ("visible", "Seen at a stretch (m)", "Ground range (m)")
+    for top, (what, label, x_label) in zip(tops[1:], runs, strict=True):
+        for axes, look in _row(figure, data, tuple(LOOKS), top, label, x_label, titled=False):
             for height, colour in _heights(data):
-                _draw_row(axes, data.sel(height=height, look=look), what, colour)
-            axes.set(xlim=(0.0, float(data["range"].max())), ylim=_limits(data, what))
-            rows.append(axes)
-        rows[0].axhline(0.0, color=style.BLACK, linewidth=0.6)
+                mast = data.sel(height=height, look=look)
+                for end, how in (("median", {}), ("90", {"linestyle": "--", "linewidth": 0.9})):
+                    axes.plot(mast["range"].values, mast[f"look_{what}_run_{end}"].values, color=colour, **how)
+            axes.set_ylim(_limits(data, what))
     _legend(figure, data, ("mean, 95 % band; median length", "90 % are shorter"), ("-", "--"))
     return figure
-
-
-def _draw_row(axes: Axes, mast: xr.Dataset, what: str, colour: str) -> None:
-    distance = mast["range"].values
-    if what == "crest_bias":
-        low, high = (mast[f"look_crest_bias_{end}"].values for end in ("low", "high"))
-        axes.fill_between(distance, low, high, color=colour, alpha=0.15, linewidth=0.0)
-        axes.plot(distance, mast["look_crest_bias"].values, color=colour)
-        return
-    axes.plot(distance, mast[f"look_{what}_run_median"].values, color=colour)
-    axes.plot(distance, mast[f"look_{what}_run_90"].values, color=colour, linestyle="--", linewidth=0.9)
 
 
 def _limits(data: xr.Dataset, what: str) -> tuple[float, float]:
@@ -144,10 +140,6 @@ def _heights(data: xr.Dataset) -> list[tuple[float, str]]:
         return list(zip(heights, (style.VERMILION, style.BLUE, style.GREEN), strict=False))
     shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
     return [(height, matplotlib.colors.to_hex(shade)) for height, shade in zip(heights, shades, strict=True)]
-
-
-def _title(number: int, look: str) -> str:
-    return f"({'abc'[number]}) {LOOK_WORDS[look]}"
 
 
 def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequence[str]) -> None:

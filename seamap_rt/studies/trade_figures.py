@@ -1,10 +1,9 @@
-"""Pictures of a sweep, curves with bands over the seeds, maps of two keys, what a larger radius costs; and its page."""
+"""Pictures of a sweep: curves with bands over the seeds, maps of two keys, and what a larger radius costs."""
 
 from __future__ import annotations
 
-import itertools
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -15,21 +14,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..conventions import written
-from ..measured import FULLY_MEASURED, LEVEL
+from ..measured import LEVEL
 from ..physics.shadowing import SEEN_DB
 from ..report import style
 from ..report.keys import words_of
-from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
-from .choices import along_of, headline, recommendations
-from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
+from ..report.page_elements import Image
+from .choices import along_of
+from .paired import FEWEST_SEEDS, means, significant_difference
+from .trade_table import SHOWN
 from .vary import CIRCUMSTANCES, chosen_key
 
-QUANTITIES = {
-    "fully_measured_radius_m": "Fully measured radius (m)",
-    "reach_m": "Reach (m)",
-    "height_rmse_m": "Height error, rms (m)",
-}
+QUANTITIES = {name: SHOWN[name][0] for name in ("fully_measured_radius_m", "reach_m", "height_rmse_m")}
 _FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 _FIRST = "fully_measured_radius_m"
 _MOST_CURVES, _MOST_COLUMNS, _MOST_PANELS = 12, 3, 6
@@ -71,9 +66,10 @@ def draw_trade(table: xr.Dataset) -> Figure:
     cells = [(name, *panel) for name in names for panel in panels]
     columns = len(names) if len(panels) == 1 else min(_MOST_COLUMNS, len(panels))
     members = table.sizes[chosen.family] if chosen.family and not as_map else 0
+    legend = -(-members // _LEGEND_COLUMNS)
     right = 0.35 if as_map else 0.12  # a colour bar's numbers
     high = 2.0 if columns < 3 or len(cells) <= columns else 1.6
-    figure, places = _sheet(len(cells), columns, high, members, right=right, foot=_FOOT)
+    figure, places = _sheet(len(cells), columns, high, legend, right, _FOOT)
     for number, (axes, (name, at, words)) in enumerate(zip(places, cells, strict=True)):
         title = f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})"
         style.graph(axes, words_of(chosen.along).label, QUANTITIES[name], title)
@@ -89,22 +85,21 @@ def draw_trade(table: xr.Dataset) -> Figure:
 
 def _choices(table: xr.Dataset, keys: Sequence[str]) -> list[tuple[dict[str, int], str]]:
     """Every combination of the keys' values: by their places, and in words where there is a choice."""
-    places = [dict(zip(keys, at, strict=True)) for at in itertools.product(*(range(table.sizes[key]) for key in keys))]
+    places = [dict(zip(keys, at, strict=True)) for at in product(*(range(table.sizes[key]) for key in keys))]
     return [(at, ", ".join(_words(table, k, i) for k, i in at.items() if table.sizes[k] > 1)) for at in places]
 
 
+def _others(table: xr.Dataset, chosen: Layout) -> list[tuple[dict[str, int], str]]:
+    """`_choices` of all keys but the one along."""
+    return _choices(table, [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")])
+
+
 def _sheet(
-    count: int,
-    columns: int,
-    high: float,
-    members: int,
-    a_line: int = _LEGEND_COLUMNS,
-    right: float = 0.12,
-    foot: float = 0.0,
+    count: int, columns: int, high: float, legend: int, right: float = 0.12, foot: float = 0.0
 ) -> tuple[Figure, list[Axes]]:
-    """Panels, `high` inches each, under a legend of so many members, a_line of them beside each other."""
+    """Panels, `high` inches each, under a legend of so many lines."""
     lines, wide = -(-count // columns), (style.WIDTH - _LEFT - right - (columns - 1) * _GAP) / columns
-    top = _TOP + (_LEGEND * -(-members // a_line) + 0.2 if members else 0.0)
+    top = _TOP + (_LEGEND * legend + 0.2 if legend else 0.0)
     figure = style.new_figure(top + lines * (high + _GAP) + foot)
     places = [divmod(number, columns) for number in range(count)]
     return figure, [
@@ -115,8 +110,10 @@ def _sheet(
 
 def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
     x = _positions(axes, panel, chosen.along)
-    for number, member, label in _members(panel, chosen):
-        colour = _colour(number, panel.sizes[chosen.family] if chosen.family else 1)
+    family = chosen.family
+    for number in range(panel.sizes[family] if family else 1):
+        member, label = (panel.isel({family: number}), _value(panel, family, number)) if family else (panel, "")
+        colour = _colour(number, panel.sizes[family] if family else 1)
         values = member[name].transpose(chosen.along, "seed")
         band = means(values)
         axes.plot(
@@ -124,7 +121,7 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
         )
         axes.plot(x, band["mean"], color=colour, marker="o", markersize=3.0, label=label)
         if band["high"].notnull().any():
-            axes.fill_between(x, band["low"], band["high"], color=colour, alpha=0.15, linewidth=0.0)
+            style.band(axes, x, band["low"], band["high"], colour, 0.15)
         if f"outlook_{name}" in member:
             axes.plot(x, member[f"outlook_{name}"], ":", color=colour, linewidth=1.0)
         if name == "reach_m":
@@ -139,23 +136,9 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
 def _legend(figure: Figure, axes: Axes, title: str) -> None:
     """Above the panels, where it hides nothing."""
     figure.legend(
-        *axes.get_legend_handles_labels(),
-        title=title,
-        title_fontsize=style.FONT - 0.5,
-        alignment="left",
-        loc="upper left",
-        bbox_to_anchor=(0.02, 1.0),
-        borderaxespad=0.2,
-        ncols=_LEGEND_COLUMNS,
-    )
-
-
-def _members(panel: xr.Dataset, chosen: Layout) -> Iterator[tuple[int, xr.Dataset, str]]:
-    if chosen.family is None:
-        yield 0, panel, ""
-        return
-    for number in range(panel.sizes[chosen.family]):
-        yield number, panel.isel({chosen.family: number}), _value(panel, chosen.family, number)
+        *axes.get_legend_handles_labels(), title=title, title_fontsize=style.FONT - 0.5, alignment="left",
+        loc="upper left", bbox_to_anchor=(0.02, 1.0), borderaxespad=0.2, ncols=_LEGEND_COLUMNS,
+    )  # fmt: skip
 
 
 def _map(figure: Figure, axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
@@ -183,9 +166,7 @@ def _positions(axes: Axes, table: xr.Dataset, key: str, vertical: bool = False) 
 
 
 def _colour(number: int, count: int) -> Any:
-    if count <= len(_FAMILY):
-        return _FAMILY[number]
-    return _ramp(number, count)
+    return _FAMILY[number] if count <= len(_FAMILY) else _ramp(number, count)
 
 
 def _ramp(number: int, count: int) -> Any:
@@ -215,14 +196,8 @@ def _foot(figure: Figure, table: xr.Dataset) -> None:
         "(perfect) to 0 (no height, or one no better than the mean level). Reach: where the mean score falls below "
         f"{LEVEL:g}. Error: 50–200 m. Mean of {seeds} seed{'s' * (seeds > 1)}{band}."
     )
-    figure.text(
-        0.01,
-        0.02,
-        textwrap.fill(text + at_once + open_end + lost, 135),
-        fontsize=style.FONT - 1.0,
-        color=style.GREY,
-        va="bottom",
-    )
+    words = textwrap.fill(text + at_once + open_end + lost, 135)
+    figure.text(0.01, 0.02, words, fontsize=style.FONT - 1.0, color=style.GREY, va="bottom")
 
 
 # ------------------------------------------------------------------------------- what stands behind the radii
@@ -232,79 +207,70 @@ def _foot(figure: Figure, table: xr.Dataset) -> None:
 def draw_quality(table: xr.Dataset) -> Figure:
     """Mean score against range for each value along, a panel for each choice of the other keys (the first six)."""
     chosen = layout(table)
-    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
-    panels, members = _choices(table, others)[:_MOST_PANELS], table.sizes[chosen.along]
-    figure, places = _sheet(len(panels), min(_MOST_COLUMNS, len(panels)), 1.7, members)
-    found: list[tuple[xr.DataArray, str, float | None]] = [(table["quality_by_range"].mean("seed"), "-", None)]
-    if "outlook_quality_by_range" in table:
-        found.append((table["outlook_quality_by_range"], ":", 0.9))
+    panels, members = _others(table, chosen)[:_MOST_PANELS], table.sizes[chosen.along]
+    legend = -(-members // _LEGEND_COLUMNS)
+    figure, places = _sheet(len(panels), min(_MOST_COLUMNS, len(panels)), 1.7, legend)
     for number, (axes, (at, words)) in enumerate(zip(places, panels, strict=True)):
         style.graph(axes, "Slant range (m)", "Mean score of all cells", f"({chr(97 + number)}) {words}")
+        here = table.isel(at)
         for value in range(members):
-            for scores, dash, width in found:
-                here = scores.isel(at | {chosen.along: value})
-                label = _value(table, chosen.along, value) if dash == "-" else None
-                axes.plot(table["range"], here, dash, color=_ramp(value, members), linewidth=width, label=label)
+            colour, place = _ramp(value, members), {chosen.along: value}
+            score = here["quality_by_range"].mean("seed").isel(place)
+            axes.plot(table["range"], score, color=colour, label=_value(table, chosen.along, value))
+            if "outlook_quality_by_range" in here:
+                axes.plot(
+                    table["range"], here["outlook_quality_by_range"].isel(place), ":", color=colour, linewidth=0.9
+                )
         axes.axhline(LEVEL, color=style.GREY, linestyle="--", linewidth=0.6)
         axes.set_ylim(0.0, 1.0)
     _legend(figure, figure.axes[0], words_of(chosen.along).label)
     return figure
 
 
-@style.styled
 def draw_half_visible(table: xr.Dataset) -> Figure:
     """Half-visible range and visible share to light, in VV and in HH, a colour for each choice of the other keys."""
+    return _draw_means(
+        table,
+        (
+            ("Half visible to (m)", 1.0, ("half_visible_m", "half_visible_vv_m", "half_visible_hh_m")),
+            ("Visible at 50–200 m (%)", 100.0, ("visible_fraction", "visible_vv_fraction", "visible_hh_fraction")),
+        ),
+        {"to light": "-", "in VV": "-.", "in HH": ":"},
+    )
+
+
+def draw_shares(table: xr.Dataset) -> Figure:
+    """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
+    panels = (
+        ("Wrong by more than half Hs (%)", 100.0, ("gross_share",)),
+        ("Cells at 50–200 m without a height (%)", 100.0, ("missed_share",)),
+    )
+    return _draw_means(table, panels, {"": "-"})
+
+
+@style.styled
+def _draw_means(
+    table: xr.Dataset, panels: Sequence[tuple[str, float, Sequence[str]]], dashes: Mapping[str, Any]
+) -> Figure:
+    """Means over the seeds, a colour for each choice of the other keys. panels: label, factor, and a quantity for each
+    of the dashes, which are by their names."""
     chosen = layout(table)
-    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
-    choices = _choices(table, others)
-    figure, places = _sheet(len(_VISIBLE), len(_VISIBLE), 2.0, len(choices) + len(_SEES), a_line=3)
-    for number, (axes, (label, scale, names)) in enumerate(zip(places, _VISIBLE, strict=True)):
+    choices = _others(table, chosen)
+    lines = [Line2D([], [], color=style.BLACK, linestyle=dash, label=name) for name, dash in dashes.items() if name]
+    figure, places = _sheet(len(panels), len(panels), 2.0, -(-(len(choices) + len(lines)) // 3))
+    for number, (axes, (label, factor, names)) in enumerate(zip(places, panels, strict=True)):
         style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + number)})")
         x = _positions(axes, table, chosen.along)
         for place, (at, _) in enumerate(choices):
-            for name, dash in zip(names, _SEES.values(), strict=True):
-                axes.plot(
-                    x,
-                    scale * table[name].isel(at).mean("seed"),
-                    linestyle=dash,
-                    color=_colour(place, len(choices)),
-                    marker="o",
-                    markersize=2.5,
-                )
+            for name, dash in zip(names, dashes.values(), strict=True):
+                y, colour = factor * table[name].isel(at).mean("seed"), _colour(place, len(choices))
+                axes.plot(x, y, linestyle=dash, color=colour, marker="o", markersize=2.5)
         axes.set_ylim(bottom=0.0)
-    lines = [Line2D([], [], color=style.BLACK, linestyle=dash, label=name) for name, dash in _SEES.items()]
     if len(choices) > 1:
         shown = enumerate(choices)
         lines += [Line2D([], [], color=_colour(place, len(choices)), label=words) for place, (_, words) in shown]
-    figure.legend(handles=lines, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3)
-    return figure
-
-
-_SEES: dict[str, Any] = {"to light": "-", "in VV": "-.", "in HH": ":"}
-_VISIBLE = (
-    ("Half visible to (m)", 1.0, ("half_visible_m", "half_visible_vv_m", "half_visible_hh_m")),
-    ("Visible at 50–200 m (%)", 100.0, ("visible_fraction", "visible_vv_fraction", "visible_hh_fraction")),
-)
-
-
-@style.styled
-def draw_shares(table: xr.Dataset) -> Figure:
-    """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
-    chosen = layout(table)
-    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
-    choices = _choices(table, others)
-    names = {"gross_share": "Wrong by more than half Hs (%)", "missed_share": "Cells at 50–200 m without a height (%)"}
-    figure, places = _sheet(len(names), len(names), 2.0, len(choices), a_line=3)
-    for number, (axes, (name, label)) in enumerate(zip(places, names.items(), strict=True)):
-        style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + number)})")
-        x = _positions(axes, table, chosen.along)
-        for place, (at, words) in enumerate(choices):
-            colour, here = _colour(place, len(choices)), table[name].isel(at).mean("seed")
-            axes.plot(x, 100.0 * here, marker="o", markersize=3.0, color=colour, label=words)
-        axes.set_ylim(bottom=0.0)
-    if len(choices) > 1:
-        drawn = figure.axes[0].get_legend_handles_labels()
-        figure.legend(*drawn, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3)
+    if lines:
+        figure.legend(handles=lines, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3)
     return figure
 
 
@@ -323,18 +289,14 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
     price = cost or chosen_key(varied) or "cost_s"
     figure = style.new_figure(4.0)
     axes = style.place(figure, _LEFT, 0.75, style.WIDTH - _LEFT - 0.12, 2.4)
-    style.graph(
-        axes,
-        "Seconds a point" if price == "cost_s" else words_of(price).label,
-        QUANTITIES[_FIRST],
-        larger_radius(price),
-    )
+    label = "Seconds a point" if price == "cost_s" else words_of(price).label
+    style.graph(axes, label, QUANTITIES[_FIRST], larger_radius(price))
     reach = means(table[_FIRST])["mean"]
     costs = means(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
     given = [str(dim) for dim in reach.dims if str(dim).startswith(CIRCUMSTANCES) and dim != price]
     choices = [str(dim) for dim in reach.dims if dim not in given and dim != price]
-    settings = [at for at, _ in _choices(table, given)]
-    for number, here in enumerate(settings):
+    settings = _choices(table, given)
+    for number, (here, _) in enumerate(settings):
         x, y = costs.isel(here).values.ravel(), reach.isel(here).values.ravel()
         known = np.isfinite(x) & np.isfinite(y)
         colour = _colour(number, len(settings))
@@ -347,9 +309,8 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
         _legend(figure, axes, ", ".join(words_of(key).label for key in given))
     axes.set_ylim(bottom=0.0)
     if choices:
-        axes.set_title(
-            f"{axes.get_title(loc='left')} (each dot a choice of {', '.join(words_of(key).name for key in choices)})"
-        )
+        names = ", ".join(words_of(key).name for key in choices)
+        axes.set_title(f"{larger_radius(price)} (each dot a choice of {names})")
     _foot(figure, table)
     return figure
 
@@ -370,34 +331,22 @@ def pareto_front(cost: np.ndarray, gain: np.ndarray, least: float = 0.0) -> np.n
     return np.array(front, dtype=np.intp)
 
 
-def trade_page(table: xr.Dataset, figure: bytes) -> str:
-    """One HTML file that needs no other. figure: of `draw_trade`, as PNG."""
-    done = bool((table["status"] == "done").any())
-    drawn = [("Fully measured radius, reach and error", figure, _RADII)]
-    if done:
-        drawn += [
-            ("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
-            ("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
-            (larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
-        ]
-    if done and table["half_visible_m"].notnull().any():
-        drawn.insert(1, ("How far the sea is visible", style.png(draw_half_visible(table)), _HALF_VISIBLE))
-    keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
-    said = list(recommendations(table)) if done else []
-    words = [(key, words_of(key)) for key in keys]
-    small_print = [(f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", "")]
-    small_print += [(f"{each.label}: {each.meaning}", key) for key, each in words]
-    heads = [*(each.label for _, each in words), *(label for label, _ in _COLUMNS.values())]
-    note = "Means over the seeds, with their 95 % bands from three seeds on."
-    return html_page(
-        f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
-        [f"{line[0].upper()}{line[1:]}." for line in said] or ["Nothing has a result yet."],
-        [Image.of(*each) for each in drawn],
-        [Fold("Words, keys and the scene", notes=small_print, text=table.attrs.get("scene", ""))],
-        notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
-        table=Table("All designs", heads, _rows(table, keys), note),
-        files=["trade.csv", "trade.nc"],
-    )
+# -------------------------------------------------------------------------------------------------- for the page
+
+
+def trade_images(table: xr.Dataset, figure: bytes) -> list[Image]:
+    """All pictures with their captions. figure: of `draw_trade`, as PNG."""
+    made = [Image.of("Fully measured radius, reach and error", figure, _RADII)]
+    if not (table["status"] == "done").any():
+        return made
+    if table["half_visible_m"].notnull().any():
+        made.append(Image.of("How far the sea is visible", style.png(draw_half_visible(table)), _HALF_VISIBLE))
+    return [
+        *made,
+        Image.of("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
+        Image.of("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
+        Image.of(larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
+    ]
 
 
 _RADII = (
@@ -420,58 +369,3 @@ _PARETO = (
     "seeds leave to chance (95 %, over the same seas; of fewer than three seeds any gain counts). Faint dots: all "
     "other designs."
 )
-# Column of the table: label, and decimals.
-_COLUMNS: dict[str, tuple[str, int]] = {
-    "fully_measured_radius_m": ("Fully measured radius (m)", 0),
-    "reach_m": ("Reach (m)", 0),
-    "gross_share": ("Wrong by more than half Hs (%)", 1),
-    "missed_share": ("Cells without a height, 50–200 m (%)", 0),
-    "height_rmse_m": ("Height error, rms (m)", 3),
-    "visible_fraction": ("Visible to light, 50–200 m (%)", 0),
-    "visible_vv_fraction": ("Visible in VV, 50–200 m (%)", 0),
-    "visible_hh_fraction": ("Visible in HH, 50–200 m (%)", 0),
-    "half_visible_m": ("Half visible to light to (m)", 0),
-    "half_visible_vv_m": ("Half visible in VV to (m)", 0),
-    "half_visible_hh_m": ("Half visible in HH to (m)", 0),
-    "usable_range_m": ("Usable range (m)", 0),
-    "cost_s": ("Computed in (s)", 1),
-}
-_IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction", "visible_vv_fraction", "visible_hh_fraction")
-
-
-def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
-    """A row for each design: text and, to sort by, the number."""
-    found = {name: table[name].mean("seed") * (100.0 if name in _IN_PER_CENT else 1.0) for name in _COLUMNS}
-    bands = {name: means(table[name]) for name in ("fully_measured_radius_m", "reach_m")}
-    result = []
-    for at in product(*(range(table.sizes[key]) for key in keys)):
-        here = dict(zip(keys, at, strict=True))
-        cells = [cell(table[key].values[number]) for key, number in here.items()]
-        for name, (_, decimals) in _COLUMNS.items():
-            value = float(found[name].isel(here))
-            text = written(value, decimals)
-            if name in bands and np.isfinite(value):
-                low, high = (float(bands[name][end].isel(here)) for end in ("low", "high"))
-                text = with_band(value, low, high)
-            cells.append(Cell(text, value if np.isfinite(value) else None))
-        result.append(cells)
-    return result
-
-
-def _seeds(table: xr.Dataset) -> str:
-    """How many there are, what they tell apart, and how many would tell more."""
-    have, radius = table.sizes["seed"], table["fully_measured_radius_m"]
-    if have < FEWEST_SEEDS:
-        seeds = "One seed" if have == 1 else f"{have} seeds"
-        return f"{seeds}: no bands, and no word on how sure the choice is. Give --seeds 3, or --until 0.95."
-    band = means(radius)
-    half = float((band["high"] - band["mean"]).max())
-    if not np.isfinite(half):
-        return f"{have} seeds; no design has {FEWEST_SEEDS} of them."
-    words = f"{have} seeds over the same seas for all designs: bands of ± {half:.0f} m at most"
-    apart = significant_difference(radius)
-    if np.isfinite(apart):
-        words += f"; two designs differ with 95% confidence where their means do by {apart:.0f} m"
-    if half > ASKED_M:
-        words += f". {seeds_for(have, half)}"
-    return words + "."

@@ -1,4 +1,4 @@
-"""The table of a sweep: what came of each point, as a dataset and as rows; up to which range a map is usable."""
+"""The table of a sweep: what came of each point, as a dataset, as rows and on a page; where a map is usable."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .. import __version__
+from ..conventions import written
 from ..io.text import csv_text
-from ..measured import LEVEL
+from ..measured import FULLY_MEASURED, LEVEL
 from ..metrics import BIN_M
 from ..physics.shadowing import SEEN_DB
+from ..report.keys import words_of
+from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
+from .choices import headline, recommendations
+from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
 from .point import Outcome
 from .vary import Vary, labels
 
@@ -77,62 +82,47 @@ class Criterion:
 COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
 
-class Column(NamedTuple):
-    """Of the table: units, long name, and where a point has it; "" of what follows from the others."""
-
-    units: str
-    words: str
-    source: str = ""
-
-
-_OF_50_TO_200_M = {
-    "height_rmse_m": ("m", "rms height error"),
-    "height_robust_m": ("m", "robust height error, 1.4826 × median absolute deviation"),
-    "height_bias_m": ("m", "mean height error"),
-    "height_correlation": ("1", "correlation of retrieved and true height"),
-    "slope_rmse": ("1", "rms error of the slope along the look"),
-    "visible_fraction": ("1", "share of the sea's horizontal area that both antennas see"),
-    "hs_true_m": ("m", "4σ of the cells' true heights"),
-    "hs_retrieved_m": ("m", "4σ of the map's unflagged heights"),
-}
-_MEASURED = {
+_SEEN = "share of the sea's horizontal area that both antennas see"
+_COUNTED = ", 50–200 m, cells more than half visible"
+_COLUMNS = {  # units and long name, by the name in the table, which most have in a point's metrics too
+    "height_rmse_m": ("m", f"rms height error{_COUNTED}"),
+    "height_robust_m": ("m", f"robust height error, 1.4826 × median absolute deviation{_COUNTED}"),
+    "height_bias_m": ("m", f"mean height error{_COUNTED}"),
+    "height_correlation": ("1", f"correlation of retrieved and true height{_COUNTED}"),
+    "slope_rmse": ("1", f"rms error of the slope along the look{_COUNTED}"),
+    "visible_fraction": ("1", f"{_SEEN}{_COUNTED}"),
+    "hs_true_m": ("m", f"4σ of the cells' true heights{_COUNTED}"),
+    "hs_retrieved_m": ("m", f"4σ of the map's unflagged heights{_COUNTED}"),
+    "significant_height_m": ("m", "significant wave height of the resolved sea, expected"),
     "fully_measured_radius_m": ("m", "radius of a disc that holds as much as is measured, by the score of all cells"),
     "reach_m": ("m", f"range at which the mean score of all cells falls below {LEVEL:g}"),
     "reach_to_the_end": ("1", "1 where it does not within the range window: the reach may be longer"),
     "gross_share": ("1", "share of the heights that count which are wrong by more than half the significant height"),
     "missed_share": ("1", "share of all cells at 50–200 m without a height that counts"),
-}
-_VISIBLE = {
     "half_visible_m": ("m", "ground range to which half of the water is visible to light"),
     "half_visible_vv_m": ("m", f"the same of what returns {SEEN_DB:g} dB or more of its power when lit, in VV"),
     "half_visible_hh_m": ("m", f"the same of what returns {SEEN_DB:g} dB or more of its power when lit, in HH"),
     "visible_vv_fraction": ("1", "share of the sea's horizontal area visible to a radar in VV, 50–200 m"),
     "visible_hh_fraction": ("1", "share of the sea's horizontal area visible to a radar in HH, 50–200 m"),
+    "usable_range_m": ("m", "where the usable run of bins ends; 0: no bin is usable"),
+    "usable_from_m": ("m", "where the usable run of bins begins"),
+    "usable_to_the_end": ("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
+    "cost_s": ("s", "wall time of the point"),
+    "peak_memory_bytes": ("byte", "most memory that its worker held"),
 }
-_COLUMNS = {  # name in the table, and of most in a point's metrics
-    **{k: Column(u, f"{w}, 50–200 m, cells more than half visible", k) for k, (u, w) in _OF_50_TO_200_M.items()},
-    "significant_height_m": Column("m", "significant wave height of the resolved sea, expected"),
-    **{name: Column(units, words, name) for name, (units, words) in (_MEASURED | _VISIBLE).items()},
-    "usable_range_m": Column("m", "where the usable run of bins ends; 0: no bin is usable"),
-    "usable_from_m": Column("m", "where the usable run of bins begins"),
-    "usable_to_the_end": Column("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
-    "cost_s": Column("s", "wall time of the point"),
-    "peak_memory_bytes": Column("byte", "most memory that its worker held"),
-}
-_BY_RANGE = {
-    "height_rmse_by_range_m": Column("m", "rms height error", "height_rmse_m"),
-    "height_bias_by_range_m": Column("m", "mean height error", "height_bias_m"),
-    "slope_rmse_by_range": Column("1", "rms error of the slope along the look", "slope_rmse"),
-    "visible_fraction_by_range": Column("1", _OF_50_TO_200_M["visible_fraction"][1], "visible_fraction"),
-    "answered_by_range": Column("1", "share of the cells more than half visible that got a sure height", "answered"),
-    "quality_by_range": Column("1", "mean score of all cells: 1 is a perfect height, 0 none or one no better",
-        "quality",
-    ),
-    "known_share_by_range": Column(
-        "1", "share of all cells that are more than half visible and answered; NaN in bins that the window cuts",
+_BY_RANGE = {  # and their names in a point's `by_range`
+    "height_rmse_by_range_m": ("m", "rms height error", "height_rmse_m"),
+    "height_bias_by_range_m": ("m", "mean height error", "height_bias_m"),
+    "slope_rmse_by_range": ("1", "rms error of the slope along the look", "slope_rmse"),
+    "visible_fraction_by_range": ("1", _SEEN, "visible_fraction"),
+    "answered_by_range": ("1", "share of the cells more than half visible that got a sure height", "answered"),
+    "quality_by_range": ("1", "mean score of all cells: 1 is a perfect height, 0 none or one no better", "quality"),
+    "known_share_by_range": (
+        "1",
+        "share of all cells that are more than half visible and answered; NaN in bins that the window cuts",
         "known_share",
     ),
-}  # fmt: skip
+}
 
 
 def trade_table(
@@ -160,14 +150,12 @@ def trade_table(
         columns["peak_memory_bytes"][at] = _number(cost.get("peak_memory_bytes"))
         if outcome["status"] != "done":
             continue
-        for name, column in _COLUMNS.items():
-            if column.source:
-                columns[name][at] = _number(outcome["metrics"].get(column.source))
+        found = {name: _number(value) for name, value in outcome["metrics"].items()} | _usable(outcome, criterion)
+        for name in found.keys() & columns.keys():
+            columns[name][at] = found[name]
         here = [index[centre] for centre in outcome["by_range"]["range_m"]]
-        for name, column in _BY_RANGE.items():
-            bins[name][at][here] = [_number(value) for value in outcome["by_range"][column.source]]
-        for name, value in _usable(outcome, criterion).items():
-            columns[name][at] = value
+        for name, (*_, source) in _BY_RANGE.items():
+            bins[name][at][here] = [_number(value) for value in outcome["by_range"][source]]
     table = xr.Dataset(
         {"status": (dims, status), "reason": (dims, reason)}
         | {name: (dims, values) for name, values in columns.items()}
@@ -176,8 +164,8 @@ def trade_table(
         | {"seed": list(seeds), "range": np.array(ranges, dtype=np.float64)},
         attrs={"seamap_rt": __version__, "usable": str(criterion), **attributes},
     )
-    for name, column in (_COLUMNS | _BY_RANGE).items():
-        table[name].attrs = {"long_name": column.words, "units": column.units}
+    for name, (units, words, *_) in (_COLUMNS | _BY_RANGE).items():
+        table[name].attrs = {"long_name": words, "units": units}
     table["range"].attrs = {"long_name": "slant range, middle of the bin", "units": "m"}
     return table
 
@@ -200,16 +188,87 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else float(value)
 
 
-# -------------------------------------------------------------------------------------------------- on file
-
-
 def rows(table: xr.Dataset) -> str:
     """The table as CSV, a row per point, empty where there is no value."""
-    dims = table["status"].dims
     numbers = [name for name in _COLUMNS if name not in COST]
-    columns = ["status", *numbers, *COST, "reason"]
-    lines: list[list[Any]] = [[*dims, *columns]]
-    for index in np.ndindex(table["status"].shape):
-        labels = [table[dim].values[i] for dim, i in zip(dims, index, strict=True)]
-        lines.append([*labels, *(table[name].values[index] for name in columns)])
-    return csv_text(lines)
+    frame = table[["status", *numbers, *COST, "reason"]].to_dataframe(dim_order=list(table["status"].dims))
+    frame = frame.reset_index()
+    return csv_text([list(frame), *frame.itertuples(index=False, name=None)])
+
+
+# ------------------------------------------------------------------------------------------------------- the page
+
+
+SHOWN: dict[str, tuple[str, int]] = {  # of the page's table: label, and decimals
+    "fully_measured_radius_m": ("Fully measured radius (m)", 0),
+    "reach_m": ("Reach (m)", 0),
+    "gross_share": ("Wrong by more than half Hs (%)", 1),
+    "missed_share": ("Cells without a height, 50–200 m (%)", 0),
+    "height_rmse_m": ("Height error, rms (m)", 3),
+    "visible_fraction": ("Visible to light, 50–200 m (%)", 0),
+    "visible_vv_fraction": ("Visible in VV, 50–200 m (%)", 0),
+    "visible_hh_fraction": ("Visible in HH, 50–200 m (%)", 0),
+    "half_visible_m": ("Half visible to light to (m)", 0),
+    "half_visible_vv_m": ("Half visible in VV to (m)", 0),
+    "half_visible_hh_m": ("Half visible in HH to (m)", 0),
+    "usable_range_m": ("Usable range (m)", 0),
+    "cost_s": ("Computed in (s)", 1),
+}
+
+
+def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
+    """One HTML file that needs no other. images: of the table, see `trade_figures.trade_images`."""
+    done = bool((table["status"] == "done").any())
+    keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
+    said = list(recommendations(table)) if done else []
+    words = [(key, words_of(key)) for key in keys]
+    small_print = [(f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", "")]
+    small_print += [(f"{each.label}: {each.meaning}", key) for key, each in words]
+    heads = [*(each.label for _, each in words), *(label for label, _ in SHOWN.values())]
+    note = "Means over the seeds, with their 95 % bands from three seeds on."
+    return html_page(
+        f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
+        [f"{line[0].upper()}{line[1:]}." for line in said] or ["Nothing has a result yet."],
+        images,
+        [Fold("Words, keys and the scene", notes=small_print, text=table.attrs.get("scene", ""))],
+        notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
+        table=Table("All designs", heads, _rows(table, keys), note),
+        files=["trade.csv", "trade.nc"],
+    )
+
+
+def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
+    """A row for each design: text and, to sort by, the number."""
+    found = {name: table[name].mean("seed") * (100.0 if "(%)" in label else 1.0) for name, (label, _) in SHOWN.items()}
+    bands = {name: means(table[name]) for name in ("fully_measured_radius_m", "reach_m")}
+    result = []
+    for at in np.ndindex(*(table.sizes[key] for key in keys)):
+        here = dict(zip(keys, at, strict=True))
+        cells = [cell(table[key].values[number]) for key, number in here.items()]
+        for name, (_, decimals) in SHOWN.items():
+            value = float(found[name].isel(here))
+            known, band = np.isfinite(value), bands[name].isel(here) if name in bands else None
+            ends = (float(band["low"]), float(band["high"])) if band is not None else ()
+            text = with_band(value, *ends) if ends and known else written(value, decimals)
+            cells.append(Cell(text, value if known else None))
+        result.append(cells)
+    return result
+
+
+def _seeds(table: xr.Dataset) -> str:
+    """How many there are, what they tell apart, and how many would tell more."""
+    have, radius = table.sizes["seed"], table["fully_measured_radius_m"]
+    if have < FEWEST_SEEDS:
+        seeds = "One seed" if have == 1 else f"{have} seeds"
+        return f"{seeds}: no bands, and no word on how sure the choice is. Give --seeds 3, or --until 0.95."
+    band = means(radius)
+    half = float((band["high"] - band["mean"]).max())
+    if not np.isfinite(half):
+        return f"{have} seeds; no design has {FEWEST_SEEDS} of them."
+    words = f"{have} seeds over the same seas for all designs: bands of ± {half:.0f} m at most"
+    apart = significant_difference(radius)
+    if np.isfinite(apart):
+        words += f"; two designs differ with 95% confidence where their means do by {apart:.0f} m"
+    if half > ASKED_M:
+        words += f". {seeds_for(have, half)}"
+    return words + "."

@@ -100,12 +100,9 @@ class Point:
     @property
     def name(self) -> str:
         """Of its file: the same in every run of the same grid."""
-        words = "_".join(f"{key}={_short(value)}" for key, value in self.keys.items())
+        short = {k: f"{v:.10g}" if isinstance(v, float) else write_value(v) for k, v in self.keys.items()}
+        words = "_".join(f"{key}={value}" for key, value in short.items())
         return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', words)[:100]}_seed={self.seed}"
-
-
-def _short(value: Any) -> str:
-    return f"{value:.10g}" if isinstance(value, float) else write_value(value)
 
 
 def seeds_of(scene: Scene, seeds: int) -> list[int]:
@@ -113,29 +110,6 @@ def seeds_of(scene: Scene, seeds: int) -> list[int]:
     if seeds < 1:
         raise InputError(f"seeds = {seeds}: must be at least 1; raise it")
     return [scene.seed + number for number in range(seeds)]
-
-
-def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> list[Point]:
-    """All points, the first key varying slowest and the seed fastest. Raises InputError for keys that cannot vary."""
-    if not vary:
-        raise InputError(f"--vary: is missing; {_FORM}")
-    for key, values in vary.items():
-        _refuse_key(scene, key, values)
-    count = math.prod(len(values) for values in vary.values()) * len(seeds)
-    if count > MOST_POINTS:
-        raise InputError(
-            f"--vary: spans {count} points, and at most {MOST_POINTS} are taken; vary less, or fewer seeds"
-        )
-    indices = itertools.product(*(range(len(values)) for values in vary.values()), range(len(seeds)))
-    return [
-        Point(
-            number // len(seeds),
-            index,
-            {key: values[i] for (key, values), i in zip(vary.items(), index[:-1], strict=True)},
-            seeds[index[-1]],
-        )
-        for number, index in enumerate(indices)
-    ]
 
 
 def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
@@ -190,7 +164,19 @@ class Grid:
     @cached_property
     def points(self) -> list[Point]:
         """The first key varies slowest and the seed fastest. Raises InputError for keys that cannot vary."""
-        return grid(self.scene, self.vary, self.seeds)
+        if not self.vary:
+            raise InputError(f"--vary: is missing; {_FORM}")
+        for key, values in self.vary.items():
+            _refuse_key(self.scene, key, values)
+        sizes = [*map(len, self.vary.values()), len(self.seeds)]
+        if (count := math.prod(sizes)) > MOST_POINTS:
+            many = f"spans {count} points, and at most {MOST_POINTS} are taken"
+            raise InputError(f"--vary: {many}; vary less, or fewer seeds")
+        result = []
+        for number, index in enumerate(itertools.product(*map(range, sizes))):
+            keys = {key: values[i] for (key, values), i in zip(self.vary.items(), index, strict=False)}
+            result.append(Point(number // sizes[-1], index, keys, self.seeds[index[-1]]))
+        return result
 
     @cached_property
     def scenes(self) -> list[Scene | InputError]:

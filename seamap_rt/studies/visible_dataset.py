@@ -25,8 +25,8 @@ from ..physics.shadowing import (
     shadowing_wagner67,
     why_no_half,
 )
+from ..products.statistics import expected_slope_variance
 from ..report.reduce import main_waves
-from ..report.sea_statistics import expected_slope_variance
 from ..scene import Scene
 from ..sea import Sea, resolution
 from ..sea.systems import travel_direction
@@ -211,17 +211,9 @@ class Window:
     def nothing(self) -> Tally:
         """The tally of a mast that sees no sea, its areas empty: all shares are NaN."""
         groups, bins = len(self.looks.members), self.edges.size - 1
-        empty = np.zeros((groups, bins))
+        empty, radar = np.zeros((groups, bins)), np.zeros((len(POLARIZATIONS), len(LEVELS_DB), groups, bins))
         runs = np.zeros((2, groups, bins, self.grid.ground_range.size), dtype=np.int64)
-        return Tally(
-            empty,
-            empty,
-            np.zeros((len(POLARIZATIONS), len(LEVELS_DB), groups, bins)),
-            empty,
-            empty,
-            np.zeros(groups),
-            runs,
-        )
+        return Tally(empty, empty, radar, empty, empty, np.zeros(groups), runs)
 
 
 def shadowing_dataset(
@@ -258,9 +250,9 @@ def shadowing_dataset(
         if plain in _VARIABLES:
             units, words = _VARIABLES[plain]
             data[name].attrs = {"long_name": words} | ({"units": units} if units else {})
-    freedom = f"{seeds - 1} degree{'s' if seeds > 2 else ''} of freedom"
-    band = f"95 %, Student's t over {seeds} seeds ({freedom})"
-    bands = band if seeds >= FEWEST_SEEDS else f"none, of {'one seed' if seeds == 1 else f'{seeds} seeds'}"
+    bands = f"none, of {'one seed' if seeds == 1 else f'{seeds} seeds'}"
+    if seeds >= FEWEST_SEEDS:
+        bands = f"95 %, Student's t over {seeds} seeds ({seeds - 1} degrees of freedom)"
     data.attrs = {
         "title": f"Visible share of the sea of scene {scene.name}",
         "bands": bands + "; neighbouring looks and ranges share crests and count as one draw",
@@ -271,14 +263,10 @@ def shadowing_dataset(
     return data
 
 
+@np.errstate(invalid="ignore", divide="ignore")
 def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dataset:
     """One height's shares, half ranges, biases and runs, over (group, range)."""
     tallies = [window.nothing()] * seeds if mast.reason else mast.tallies
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return _counted(scene, mast, tallies, window)
-
-
-def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window) -> xr.Dataset:
     middle, looks, both, radar = window.middle, window.looks, ("group", "range"), ("polarization", "level")
     share = np.stack([each.lit / each.area for each in tallies])
     answering = np.stack([each.answering / each.area for each in tallies])
@@ -294,7 +282,8 @@ def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window)
         "radar_r50": ((*radar, "group"), jackknife(lambda mean: half_range(middle, mean), answering, (0.0, np.inf))),
     }.items():
         values |= {f"{name}{end}": (dims, each) for end, each in zip(("", "_low", "_high"), three, strict=True)}
-    values["r50_note"] = ("group", [_note(mast, middle, each) for each in visible[0]])
+    notes = [OUTSIDE if np.isnan(each).all() else why_no_half(middle, each) for each in visible[0]]
+    values["r50_note"] = ("group", [mast.reason or note for note in notes])
     values["slope_rms"] = ("group", slope)
     for name in FUNCTIONS:
         theory = name, mast.lowest_m, slope[: looks.sectors], looks.weight
@@ -310,9 +299,3 @@ def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window)
         for end, quantile in (("median", 0.5), ("90", 0.9)):
             values[f"{name}_{end}"] = (both, window.rung_m * count_quantile(runs[kind], quantile, window.room))
     return xr.Dataset(values)
-
-
-def _note(mast: MastView, middle: Array, share: Array) -> str:
-    if mast.reason:
-        return mast.reason
-    return OUTSIDE if np.isnan(share).all() else why_no_half(middle, share)

@@ -14,9 +14,9 @@ from ..mesh.surface import sea_on_grid, submerged_lines
 from ..physics.shadowing import LEVELS_DB
 from ..radar.installation import Installation
 from ..radar.scan import sector_width
-from ..resolved_scene import installation_of, run_sea
+from ..resolved_scene import installation_of
 from ..scattering.permittivity import permittivity_of
-from ..scene import Scene, with_keys
+from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from ..tracing import Illumination, tracer
@@ -179,12 +179,6 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
-def realise(scene: Scene, seed: int) -> tuple[Scene, Sea]:
-    """The scene with another seed, and its sea: the very one that `simulate` draws for it."""
-    scene = with_keys(scene, {"seed": seed})
-    return scene, run_sea(scene)
-
-
 def _under_water(scene: Scene, sea: Sea, mast: Installation) -> str:
     """Why an antenna does not stand above the water at time 0; empty if all do."""
     centre = mast.pose(np.zeros(1)).positions[0]
@@ -199,10 +193,5 @@ def _under_water(scene: Scene, sea: Sea, mast: Installation) -> str:
 
 
 def _same_points(one: PolarGrid, other: PolarGrid) -> bool:
-    pairs = (
-        (one.azimuth, other.azimuth),
-        (one.time, other.time),
-        (one.ground_range, other.ground_range),
-        (one.pose.origin[:, :2], other.pose.origin[:, :2]),
-    )
-    return all(np.array_equal(a, b) for a, b in pairs)
+    points = ((each.azimuth, each.time, each.ground_range, each.pose.origin[:, :2]) for each in (one, other))
+    return all(np.array_equal(a, b) for a, b in zip(*points, strict=True))

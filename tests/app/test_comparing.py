@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.stats import t as student
 
-from seamap_rt.app.comparison import RangeVerdict, differences, in_words, judge, squares
-from seamap_rt.app.results import Layout, Results
-from seamap_rt.app.source import Source
+from seamap_rt.app.compare_view import RangeVerdict, differences, in_words, judge, squares
+from seamap_rt.app.source import Layout, Results, Source
 from seamap_rt.scene import load_scene
 
 _DRAWS = 200

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.app.draft import Draft, list_sections, parts_of, scene_schema
-from seamap_rt.app.safety import Roots
+from seamap_rt.app.folders import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
 from seamap_rt.report import keys

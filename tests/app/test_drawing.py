@@ -17,9 +17,8 @@ from made_folders import write_run
 
 from seamap_rt.app import drawing
 from seamap_rt.app.drawing import DrawingProcess
-from seamap_rt.app.results import Results
-from seamap_rt.app.source import Source
-from seamap_rt.app.widgets import Canvas
+from seamap_rt.app.page import Canvas
+from seamap_rt.app.source import Results, Source
 from seamap_rt.errors import InputError
 
 

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
-from seamap_rt.app import figures
-from seamap_rt.app.figures import MapPanels, Panel, Scale, ground_raster
-from seamap_rt.app.maps_panel import MapsPanel
+from seamap_rt.app import drawing
+from seamap_rt.app.drawing import MapPanels, Panel, Scale, ground_raster
+from seamap_rt.app.maps_panel import maps_graph
 from seamap_rt.report import style
 
 
 def test_a_band_has_a_piece_for_each_run_of_known_values() -> None:
     low = np.array([0.0, 1.0, np.nan, 3.0, 4.0, 5.0])
-    (band,) = figures.band(np.arange(6.0), low, low + 1.0, "x", style.BLUE)
+    band = drawing.band(np.arange(6.0), low, low + 1.0, "x", style.BLUE)
     assert band["x"] == [0.0, 1.0, 1.0, 0.0, None, 3.0, 4.0, 5.0, 5.0, 4.0, 3.0, None]
     assert band["y"][:5] == [0.0, 1.0, 2.0, 1.0, None]
 
 
 def test_names_hold_no_markup() -> None:
-    assert figures.line([0], [0], "<a href='x'>&", style.BLUE)["name"] == "&lt;a href='x'&gt;&amp;"
-    assert figures.layout(False, "<b>")["title"]["text"] == "&lt;b&gt;"
+    assert drawing.line([0], [0], "<a href='x'>&", style.BLUE)["name"] == "&lt;a href='x'&gt;&amp;"
+    assert drawing.layout(False, "<b>")["title"]["text"] == "&lt;b&gt;"
 
 
 @pytest.mark.parametrize("window", [(1400, 900), (1900, 1000), (1280, 720), (390, 844)])
@@ -38,10 +35,7 @@ def test_maps_stand_on_one_screen_on_what_is_seen(window: tuple[int, int], count
     shown = MapPanels.of(
         [Panel(f"map {i}", Scale(-1.0, 1.0, "RdBu", "Height (m)")) for i in range(count)], raster, fields
     )
-    panel: Any = MapsPanel.__new__(MapsPanel)
-    panel.__dict__.update(SimpleNamespace(_width=window[0], _height=window[1], _dark=False).__dict__)
-    panel._panels, panel._raster, panel._values, panel._pictures = shown
-    look = panel._figure(None)["layout"]
+    look = maps_graph(shown, *window, dark=False)["layout"]
     reach = 400.0 if count == 1 else 110.0
     assert look["xaxis"]["range"] == pytest.approx([-reach, reach], abs=0.1 * reach)
     lefts = {look[name]["domain"][0] for name in look if name.startswith("xaxis")}

@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 from made_folders import TURNS, gauge_series, write_run
 
-from seamap_rt.app.panels import has_gauges, read_gauges, view_gauge
-from seamap_rt.app.results import Results
-from seamap_rt.app.source import Source
+from seamap_rt.app.source import Results, Source
+from seamap_rt.app.waves_view import has_gauges, read_gauges, view_gauge
 from seamap_rt.gauges import NoSpectrum, spectra
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.report.gauge_figures import gauge_figure

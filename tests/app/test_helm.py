@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.app.helm_view import advice_polar, quiet_words, wave_words
+from seamap_rt.app.waves_view import advice_polar, quiet_words, wave_words
 from seamap_rt.report.forecast_figures import Ahead
 
 

@@ -16,8 +16,7 @@ from typing import Any
 import pytest
 
 from seamap_rt.app import jobs
-from seamap_rt.app.jobs import Queue
-from seamap_rt.app.progress import Job, State, read_progress
+from seamap_rt.app.jobs import Job, Queue, State, read_progress
 from seamap_rt.io.process import VARIABLE
 
 _PROGRAM = """

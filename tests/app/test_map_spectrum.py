@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.app.results import Results
-from seamap_rt.app.source import Source
-from seamap_rt.app.state_panel import MOST_TURNS, map_spectra
+from seamap_rt.app.source import Results, Source
+from seamap_rt.app.waves_view import MOST_TURNS, map_spectra
 
 _AMPLITUDE_M, _LENGTH_M, _FROM_DEG, _MAST_M = 0.5, 45.0, 300.0, 6.0
 _FREQUENCY_HZ = np.sqrt(9.81 * 2.0 * np.pi / _LENGTH_M) / (2.0 * np.pi)

@@ -16,7 +16,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from jinja2 import nodes
 
-from seamap_rt.app.runs import address
+from seamap_rt.app.folders import address
 from seamap_rt.io.text import quoted
 
 _PACKAGE = Path(__file__).parents[2] / "seamap_rt"

@@ -84,7 +84,7 @@ def test_it_takes_a_fraction_of_a_second() -> None:
 def test_the_page_loads_no_ray_tracer() -> None:
     code = (
         "import sys, importlib\n"
-        "names = 'design_view prospects runs see_view compare_view trade_view panels'\n"
+        "names = 'design_view prospects runs_view see_view compare_view trade_view panels'\n"
         "for name in (names + ' forecast_view sea_view').split():\n"
         "    importlib.import_module(f'seamap_rt.app.{name}')\n"
         "from seamap_rt.app.prospects import prospects\n"

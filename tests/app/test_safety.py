@@ -13,8 +13,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from seamap_rt.app.runs import PRODUCTS, products_of
-from seamap_rt.app.safety import Gate, Guard, Roots, safe_name
+from seamap_rt.app import Gate, Guard
+from seamap_rt.app.folders import PRODUCTS, Roots, products_of, safe_name
 from seamap_rt.errors import InputError
 
 _GATE = Gate("the-token", frozenset({"127.0.0.1:8000", "localhost:8000"}))

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import pytest
 from browsing import serve as served
 
-from seamap_rt.app.serving import _listening, _names, serve
+from seamap_rt.app import _listening, _names, serve
 from seamap_rt.cli.beginning import page
 from seamap_rt.errors import InputError
 

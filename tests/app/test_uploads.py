@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.draft import Draft, list_sections, parts_of
-from seamap_rt.app.safety import Roots
+from seamap_rt.app.folders import Roots
 from seamap_rt.app.uploads import KINDS, check, kind_of_field, list_uploads, save_upload
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped

@@ -202,6 +202,24 @@ def test_waves_shorter_than_the_footprint_are_those_of_a_wind_sea(longest: float
     assert 0.65 < np.min(np.mean(found, axis=0)) < np.max(np.mean(found, axis=0)) < 1.35
 
 
+@pytest.mark.parametrize(("ripples", "waves"), [(0.0, 0.0), (0.06, 0.0), (0.06, RMS)])
+def test_ripples_that_no_lag_shows_are_unresolved(ripples: float, waves: float) -> None:
+    """What heights vary by beyond their errors is known of many cells, though no lag shows it, and though large errors
+    are stated half too large; not beside a sea whose own height is uncertain by more."""
+    x, y, _, _ = polar(RANGES)
+    rng = np.random.default_rng(5)
+    std = 0.1 * rng.uniform(0.3, 1.5, x.shape)
+    height = rng.normal(size=x.shape) * np.hypot(std, ripples) + (Waves.drawn(5, RMS)(x, y) if waves else 0.0)
+    stated = np.where(std > 0.08, 1.5, 1.0) * std
+    found = SeaCovariance.of(height, stated**2, x, y, (1.0, 0.01))
+    # The footprint damps waves of that length by exp(−k² blur). Of 24,000 cells a variance is known to a hundredth; a
+    # twentieth of the errors' is left out, and large errors stated too large take some more.
+    measured = ripples**2 if not waves else 0.0
+    blur = 0.5 * (1.0 + 0.01**2 * float(np.mean(x**2 + y**2))) + 1.5**2 / 12.0
+    assert np.exp(-(found.shortest**2) * blur) * found.unresolved == pytest.approx(measured, rel=0.4, abs=1e-4)
+    assert not found.unresolved or found.unresolved_mean(3.0, np.array(0.0)) < found.unresolved
+
+
 def test_a_blurred_gaussian_is_a_wider_one() -> None:
     # exp(−d²/2L²) blurred by a variance b a side is L²/(L² + b) exp(−d²/2(L² + b)). The blur ends at three standard
     # deviations: what it leaves out of each side has 2.9 % of its variance.

@@ -18,11 +18,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from seamap_rt.app.jobs import FOLDER, Queue
+from seamap_rt.app.folders import find_runs
+from seamap_rt.app.jobs import FOLDER, Queue, _lines
 from seamap_rt.app.panels import read_shadowing
-from seamap_rt.app.progress import _lines
-from seamap_rt.app.results import Results
-from seamap_rt.app.runs import find_runs
+from seamap_rt.app.source import Results
 from seamap_rt.app.trade_view import read_points
 from seamap_rt.cli.retrieving import _opened_maps
 from seamap_rt.compute.locks import holder_of
@@ -41,7 +40,7 @@ from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.turn_files import read_whole_turns
 from seamap_rt.prediction import read_capytaine
-from seamap_rt.products.record_state import load_state, state_file
+from seamap_rt.products.recorded_sea import load_state, state_file
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address

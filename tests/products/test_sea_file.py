@@ -19,9 +19,9 @@ from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.products.camera import Camera, facets_under
 from seamap_rt.products.sampling import square
+from seamap_rt.products.statistics import chance_of_height, requested_height
 from seamap_rt.products.writing import ROUNDING, SeaProducts, write_sea
 from seamap_rt.radar.installation import Installation
-from seamap_rt.report.sea_statistics import chance_of_height, requested_height
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realize
 from seamap_rt.simulation import Simulator

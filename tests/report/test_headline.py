@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-import pytest
 from made_run import small
 
-from seamap_rt.report.headline import run_line, verdict, wave_height
-from seamap_rt.report.reduce import half_visible
-from seamap_rt.report.sea_statistics import warnings
+from seamap_rt.report.headline import run_line, verdict, warnings, wave_height
 
 MEASURED = {
     "fully_measured_radius_m": 141.3,
@@ -65,18 +61,6 @@ def test_wave_height_is_that_of_all_turns_with_its_error() -> None:
     assert wave_height({"sea_state": few}) == "at least 0.90 m"
     assert wave_height({"sea_state": {"significant_wave_height": [None]}}) == "—"
     assert wave_height({}) == "—"
-
-
-def test_half_visible_range_lies_between_the_bins_that_it_divides() -> None:
-    middle = [25.0, 75.0, 125.0, 175.0]
-    at, words = half_visible({"range_m": middle, "visible_fraction": [1.0, 0.7, 0.3, 0.2]})
-    assert at == pytest.approx(100.0)
-    assert words == "100 m"
-    at, words = half_visible({"range_m": middle, "visible_fraction": [1.0, 0.9, 0.8, 0.7]})
-    assert np.isnan(at)
-    assert words == "beyond 175 m"
-    assert half_visible({"range_m": middle, "visible_fraction": [0.4, 0.3, None, 0.2]}) == (0.0, "nearer than 25 m")
-    assert half_visible({})[1] == "—"
 
 
 def test_objects_that_outshine_the_sea_are_said_first() -> None:

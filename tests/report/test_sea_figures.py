@@ -15,15 +15,15 @@ from PIL import Image
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
-from seamap_rt.products.writing import directional_spectrum
-from seamap_rt.report import sea_figures, spectrum_figures, style
-from seamap_rt.report.sea_statistics import (
+from seamap_rt.products.statistics import (
     Moments,
     expected_kurtosis,
     expected_slope_variance,
     requested_height,
     statistics_table,
 )
+from seamap_rt.products.writing import directional_spectrum
+from seamap_rt.report import sea_figures, spectrum_figures, style
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 

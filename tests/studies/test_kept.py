@@ -36,8 +36,7 @@ def small(**changes: Any) -> Scene:
 
 
 def tasks_of(scene: Scene, vary: dict[str, list[Any]], seeds: int, folder: Path) -> list[Task]:
-    sweep = Sweep.of(scene, vary, seeds, folder)
-    return [sweep.task(*pair) for pair in zip(sweep.points, sweep.scenes, strict=True)]
+    return Sweep.of(scene, vary, seeds, folder).tasks
 
 
 def result(outcome: Outcome) -> Outcome:

@@ -12,7 +12,7 @@ import pytest
 import seamap_rt as sr
 from seamap_rt.cli import main
 from seamap_rt.studies.choices import QUALITY, RADIUS, outlook_lines, outlook_table, outlooks
-from seamap_rt.studies.trade import write_trade
+from seamap_rt.studies.sweep import write_trade
 from seamap_rt.studies.trade_figures import draw_quality, draw_trade
 
 

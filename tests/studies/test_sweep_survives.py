@@ -27,7 +27,7 @@ from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.cluster import existing_client, local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept
-from seamap_rt.studies.trade import trade, write_trade
+from seamap_rt.studies.sweep import trade, write_trade
 from seamap_rt.studies.trade_table import COST
 
 pytestmark = pytest.mark.slow
@@ -214,7 +214,7 @@ import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # minds Ctrl-C even where the tests run in the background
 sys.path.insert(0, {tests!r})
 from test_sweep_survives import SEEDS, VARY, small
-from seamap_rt.studies.trade import write_trade
+from seamap_rt.studies.sweep import write_trade
 if __name__ == "__main__":
     try:
         write_trade(small(), sys.argv[1], VARY, 12, workers=1, progress=lambda line: print(line, flush=True))

@@ -26,11 +26,10 @@ from seamap_rt.simulation import Simulator, Stopwatch
 from seamap_rt.studies import point, sweep
 from seamap_rt.studies.paired import Goal, means, seconds
 from seamap_rt.studies.point import MANIFEST, judged
-from seamap_rt.studies.sweep import Sweep
-from seamap_rt.studies.trade import headline, trade, write_trade
+from seamap_rt.studies.sweep import Sweep, headline, trade, write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade, layout, pareto_front
 from seamap_rt.studies.trade_table import COST, Criterion, rows, trade_table
-from seamap_rt.studies.vary import grid, parse_varies, parse_vary
+from seamap_rt.studies.vary import Grid, parse_varies, parse_vary
 
 KEYS = {
     "radar.range_m": [15.0, 60.0],
@@ -119,11 +118,11 @@ def test_antennas_of_their_own_cannot_be_varied_by_the_common_one() -> None:
     placed = [{"offset_m": [0.0, 0.0, 0.1 * number]} for number in range(2)]
     scene = small(radar__antennas=placed)
     with pytest.raises(InputError, match=r"radar\.antennas hold their own"):
-        grid(scene, {"radar.antenna.ohmic_loss_db": [0.0, 1.0]}, [1])
+        _ = Grid(scene, {"radar.antenna.ohmic_loss_db": [0.0, 1.0]}, [1]).points
 
 
 def test_every_point_has_a_file_of_its_own() -> None:
-    points = grid(small(), {"radar.height_m": [3, 3.5], "scattering.nrcs": ["nrl", "../x y"]}, [1, 2])
+    points = Grid(small(), {"radar.height_m": [3, 3.5], "scattering.nrcs": ["nrl", "../x y"]}, [1, 2]).points
     names = [point.name for point in points]
     assert len(set(names)) == len(points) == 8
     assert names[0] == "00000_radar.height_m=3_scattering.nrcs=nrl_seed=1"

@@ -13,8 +13,15 @@ import xarray as xr
 from seamap_rt.report.keys import words_of
 from seamap_rt.report.style import png
 from seamap_rt.studies.paired import seeds_for, significant_difference
-from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front, trade_page
-from seamap_rt.studies.trade_table import Criterion, trade_table
+from seamap_rt.studies.trade_figures import (
+    draw_pareto,
+    draw_quality,
+    draw_shares,
+    draw_trade,
+    pareto_front,
+    trade_images,
+)
+from seamap_rt.studies.trade_table import Criterion, trade_page, trade_table
 
 HEIGHTS, BASELINES = [4.0, 8.0, 12.0], [0.2, 0.9]
 RADIUS = np.array([[110.0, 112.0], [150.0, 151.0], [152.0, 153.0]])  # 8 m is within 5 % of the best
@@ -48,7 +55,7 @@ def made_up(seeds: int, scatter: float = 1.0) -> xr.Dataset:
 
 
 def page(table: xr.Dataset) -> str:
-    return re.sub(r"base64,[^\"]*", "base64,", trade_page(table, b"picture"))
+    return re.sub(r"base64,[^\"]*", "base64,", trade_page(table, trade_images(table, b"picture")))
 
 
 def test_the_page_begins_with_what_to_choose() -> None:

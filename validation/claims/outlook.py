@@ -23,7 +23,7 @@ from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies.choices import choices, outlooks
 from seamap_rt.studies.paired import WITHIN
-from seamap_rt.studies.trade import trade
+from seamap_rt.studies.sweep import trade
 from validation import FIGURES
 from validation.claims.trade_heights import CHOICES, WAVE_HEIGHT, scene
 from validation.options import options

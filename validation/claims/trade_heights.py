@@ -23,7 +23,7 @@ import seamap_rt as sr
 from seamap_rt.report import style
 from seamap_rt.studies.choices import choice_in_words, headline
 from seamap_rt.studies.paired import choose, means
-from seamap_rt.studies.trade import write_trade
+from seamap_rt.studies.sweep import write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade
 from validation import FIGURES
 from validation.options import options

@@ -52,7 +52,7 @@ def points(scene: str, heights: list[float], seeds: int) -> list[float]:
     taken = []
     with tempfile.TemporaryDirectory() as folder:
         sweep = Sweep.of(as_scene(scene), {"radar.height_m": heights}, seeds, Path(folder))
-        waiting = BySea(sweep.task(*pair) for pair in zip(sweep.points, sweep.scenes, strict=True))
+        waiting = BySea(sweep.tasks)
         while (task := waiting.take("here")) is not None:
             start = time.process_time()
             outcome = compute(task)
