@@ -55,7 +55,8 @@ def say_of(subject: str, kind: type[InputError] = Refusal) -> Iterator[None]:
     try:
         yield
     except kind as refusal:
-        raise InputError(*(f"{subject}{problem}" for problem in refusal.problems)) from None
+        raised = LargerThanMachine if isinstance(refusal, LargerThanMachine) else InputError
+        raise raised(*(f"{subject}{problem}" for problem in refusal.problems)) from None
 
 
 def must_be(name: str, value: object, kinds: type | tuple[type, ...], wanted: str) -> None:

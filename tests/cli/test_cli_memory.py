@@ -11,7 +11,7 @@ from seamap_rt.cli import Stops
 from seamap_rt.cli.application import NO_RESOURCE, answer
 from seamap_rt.cli.shell import app
 from seamap_rt.compute import machine
-from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, shortage
+from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, say_of, shortage
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.io.opening import check_declared_size
 from seamap_rt.scene import load_scene
@@ -107,6 +107,15 @@ def test_readers_say_that_the_machine_lacks_memory(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("seamap_rt.compute.machine.free_memory", lambda: 1e9)
     with pytest.raises(LargerThanMachine, match="must fit into 800 MB"):
         check_declared_size("waves.nc", 1e9, 1e9)
+
+
+def test_a_reader_that_names_its_file_keeps_what_is_larger_than_the_machine() -> None:
+    """The subject comes first, the type stays: on a larger machine the input may be right."""
+    with (
+        pytest.raises(LargerThanMachine, match=r"^file 'a\.csv', declares 9 TB$"),
+        say_of("file 'a.csv', ", kind=InputError),
+    ):
+        raise LargerThanMachine("declares 9 TB")
 
 
 def test_a_damaged_mesh_is_no_lack_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
