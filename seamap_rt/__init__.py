@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .io.exports import export
     from .io.polar_images import read_polar_images
     from .io.process import progress
+    from .io.radial_volume import read_radial_volume, write_radial_volume
     from .metrics import compare
     from .prediction import WaveField, advise, forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
@@ -67,6 +68,7 @@ __all__ = [
     "progress",
     "quiet_windows",
     "read_polar_images",
+    "read_radial_volume",
     "reconstruct",
     "retrieve",
     "run",
@@ -75,6 +77,7 @@ __all__ = [
     "sea_state",
     "simulate",
     "studies",
+    "write_radial_volume",
 ]
 
 
@@ -94,6 +97,7 @@ _attribute = lazy_attributes(
         "io.exports": "export",
         "io.process": "progress",
         "io.polar_images": "read_polar_images",
+        "io.radial_volume": "read_radial_volume write_radial_volume",
         "metrics": "compare",
         "prediction": "WaveField advise forecast highest_wave quiet_windows reconstruct",
         "scene": "Scene load_scene",

@@ -161,8 +161,13 @@ def recover(folder: Annotated[Path, about("Of the run.")], /) -> int:
     return 0
 
 
-_EXPORTS: dict[Kind, str] = {"netcdf": "ground.nc", "geotiff": "ground.tif", "csv": "ground.csv"}
-_EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
+_EXPORTS: dict[Kind, str] = {
+    "netcdf": "ground.nc",
+    "geotiff": "ground.tif",
+    "csv": "ground.csv",
+    "cfradial": "polar_cfradial.nc",
+}
+_EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)|polar_cfradial\.nc")
 
 
 @command(
@@ -201,7 +206,8 @@ def retrieve(
     wind_from
         Degrees clockwise from north from which the wind blows, to compare the echo's drift with.
     to
-        geotiff, csv or netcdf, as often as wanted: the ground maps with latitude and longitude beside maps.nc.
+        geotiff, csv, netcdf or cfradial, as often as wanted: beside maps.nc the ground maps with latitude and
+        longitude, or the polar maps as CfRadial 2.
     at
         LAT,LON of the antenna at time 0, degrees north and east, for --to.
     even_if_wrong
@@ -233,7 +239,7 @@ def retrieve(
         console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
 
     folder = out or echoes.parent
-    earlier = tuple(path.name for path in folder.glob("ground*") if _EXPORT.fullmatch(path.name))
+    earlier = tuple(path.name for path in folder.glob("*.*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)
     refuse_unfinished(echoes.parent, "ECHOES")
     with streaming(stream, stream_format) as broadcast, results_folder(folder, overwrite, (MAPS,)):
@@ -283,7 +289,7 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
         if kind not in _EXPORTS:
             raise InputError(f"--to {kind}: must be {', '.join(_EXPORTS)}; give one of them, or several")
     if (at is None) != (not kinds):
-        missing = "--to geotiff, csv or netcdf" if at else "--at LAT,LON of the antenna, as in --at 54.32,-7.5"
+        missing = f"--to {', '.join(_EXPORTS)}" if at else "--at LAT,LON of the antenna, as in --at 54.32,-7.5"
         raise InputError(f"{'--at' if at else '--to'}: needs {missing}; give both or neither")
     return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
 

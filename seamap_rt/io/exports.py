@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..dataset import attributed, group_of
 from ..errors import InputError, say_of
+from .radial_volume import write_radial_volume
 from .results_folder import whole_file, write_whole
 from .text import parse_number
 
@@ -148,7 +150,7 @@ def _keys(origin: Origin) -> list[tuple[int, int, int, object]]:
     ]
 
 
-Kind = Literal["netcdf", "geotiff", "csv"]
+Kind = Literal["netcdf", "geotiff", "csv", "cfradial"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ENDINGS: dict[str, Kind] = {".nc": "netcdf", ".tif": "geotiff", ".tiff": "geotiff", ".csv": "csv"}
 FIELDS = ("height", "height_std", "slope_x", "slope_y", "slope_x_std", "slope_y_std")
@@ -170,12 +172,13 @@ def export(
     turns: Sequence[int] | None = None,
     heading_deg: ArrayLike | None = None,
 ) -> list[Path]:
-    """Write the ground maps with their place on Earth; the files that were written.
+    """Write maps with their place on Earth; the files that were written.
 
     maps: as `retrieve` makes them. path: of the file; a GeoTIFF holds one turn, and of several each gets its number
     behind the name. at: latitude and longitude [deg, WGS 84] of the maps' origin, below the antenna at time 0. kind:
-    "netcdf", "geotiff" or "csv"; by the ending of path (.nc, .tif, .csv) if left out. turns: numbers of turns, all if
-    left out. heading_deg: of the boat, deg clockwise from north, one or one a turn that is written, where it is known.
+    "netcdf", "geotiff" or "csv" of the ground maps, or "cfradial" of the polar ones (CfRadial 2, which xradar opens);
+    by the ending of path (.nc, .tif, .csv) if left out. turns: numbers of turns, all if left out. heading_deg: of the
+    boat, deg clockwise from north, one or one a turn that is written, where it is known.
 
     The maps' x is east and y north of the origin; latitude and longitude are exact by the geodesic from there. Raises
     InputError for a place, kind, turn or heading that is none, SchemaError for maps that are none.
@@ -186,7 +189,8 @@ def export(
     chosen = kind or _ENDINGS.get(path.suffix.lower())
     if chosen not in KINDS:
         raise InputError(f"kind = '{chosen or path.suffix}': must be {', '.join(KINDS)}; give one of them")
-    placed = placed_maps(maps, origin_of(at), turns, heading_deg)
+    origin = origin_of(at)
+    placed = placed_maps(maps, origin, turns, heading_deg)
     if not path.parent.is_dir():
         raise InputError(f"path = '{path}': its folder does not exist; make it first")
     files = {path: placed}
@@ -195,7 +199,7 @@ def export(
             path.with_name(f"{path.stem}-{number}{path.suffix}"): placed.isel(turn=[place])
             for place, number in enumerate(placed["turn"].values)
         }
-    write = {"netcdf": _netcdf, "geotiff": _tiff, "csv": _csv}[chosen]
+    write = {"netcdf": _netcdf, "geotiff": _tiff, "csv": _csv, "cfradial": partial(_radial, maps, origin)}[chosen]
     for name, held in files.items():
         try:
             write(name, held)
@@ -280,6 +284,12 @@ def _tiff(path: Path, placed: xr.Dataset) -> None:
     at = (float(one["crs"].attrs[f"{name}_of_projection_origin"]) for name in ("latitude", "longitude"))
     bands = {name: one[name].values for name in FIELDS}
     write_whole(path, geotiff(bands, one["x"].values, one["y"].values, Origin(*at), facts))
+
+
+def _radial(maps: xr.DataTree, origin: Origin, path: Path, placed: xr.Dataset) -> None:
+    """The polar maps of the turns that are placed."""
+    polar = group_of(maps, "maps/polar").sel(turn=placed["turn"].values)
+    write_radial_volume(path, polar, (origin.latitude, origin.longitude))
 
 
 def _csv(path: Path, placed: xr.Dataset) -> None:

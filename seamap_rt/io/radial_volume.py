@@ -30,14 +30,19 @@ _SHIP = ("heading", "latitude", "longitude")
 _MARK = "seamap_rt"
 
 
-def write_radial_volume(path: str | os.PathLike[str], data: xr.Dataset) -> None:
-    """Write `polar_images` or `maps/polar` to a CfRadial 2 file."""
+def write_radial_volume(
+    path: str | os.PathLike[str], data: xr.Dataset, at: tuple[float, float] = (np.nan, np.nan)
+) -> None:
+    """Write data to a CfRadial 2 file at path: `polar_images`, as `read_polar_images` gives, or `maps/polar` of maps.
+
+    at: latitude and longitude [deg] of the maps' origin; images have their own.
+    """
     images = "video" in data
     turns = np.unique(data["turn"].values)
     start = _start(data.attrs.get("start", _EPOCH))
     sweeps = {f"sweep_{n}": _sweep(data, images, int(turn), n, start) for n, turn in enumerate(turns)}
     times = [each["time"].values for each in sweeps.values()]
-    latitude, longitude = (float(data[name].values[0]) if images else np.nan for name in _SHIP[1:])
+    latitude, longitude = (float(data[name].values[0]) for name in _SHIP[1:]) if images else at
     kept = {"kind": "polar_images" if images else "maps/polar", "attrs": plain(data.attrs)}
     root = xr.Dataset(
         {
@@ -68,7 +73,7 @@ def write_radial_volume(path: str | os.PathLike[str], data: xr.Dataset) -> None:
 
 
 def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
-    """A file that `write_radial_volume` wrote, as the dataset that was written. Raises InputError for another one."""
+    """The file at path that `write_radial_volume` wrote, as the dataset that was. Raises InputError for another one."""
     check_file(Path(path), "a CfRadial 2 file", named=f"'{path}'")
     try:
         with xr.open_datatree(os.fspath(path), engine="h5netcdf") as tree:

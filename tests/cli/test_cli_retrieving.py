@@ -152,19 +152,23 @@ def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> No
 def test_maps_are_exported_with_their_place(echoes: xr.Dataset, call: Any) -> None:
     record(echoes)
     answer = call(
-        "retrieve", "night.npz", "--out", "maps", "--to", "geotiff,csv", "--to", "netcdf", "--at", "-33.9,18.4"
+        "retrieve", "night.npz", "--out", "maps", "--to", "geotiff,csv,cfradial", "--to", "netcdf", "--at", "-33.9,18.4"
     )
     assert answer.code == 0, answer.err
-    for name in ("ground.tif", "ground.csv", "ground.nc"):
+    for name in ("ground.tif", "ground.csv", "ground.nc", "polar_cfradial.nc"):
         assert Path("maps", name).exists()
         assert str(Path("maps", name)) in answer.out
     with xr.open_dataset("maps/ground.nc") as read, xr.open_datatree("maps/maps.nc") as maps:
         np.testing.assert_array_equal(read["height"].values, maps["ground"]["height"].values)
         assert float(read["lat"].mean()) == pytest.approx(-33.9, abs=1e-4)
         np.testing.assert_allclose(read["heading"].values, 0.0)
+        polar = sr.read_radial_volume("maps/polar_cfradial.nc")
+        np.testing.assert_array_equal(polar["height"].values, maps["polar"]["height"].values)
+    with xr.open_dataset("maps/polar_cfradial.nc") as volume:
+        assert (float(volume["latitude"]), float(volume["longitude"])) == (-33.9, 18.4)
     again = call("retrieve", "night.npz", "--out", "maps", "--overwrite")
     assert again.code == 0
-    assert not Path("maps/ground.nc").exists()  # of an earlier retrieval
+    assert not any(Path("maps", name).exists() for name in ("ground.nc", "polar_cfradial.nc"))  # of an earlier one
 
 
 @pytest.mark.parametrize(
