@@ -69,9 +69,9 @@ STUDIES: dict[str, Study] = {
     # maps
     "maps": Study("scene", 12, "retrieval.maps --only accuracy,floor,errorbars,slopes", _MAPS),
     "phase_cycles": Study("scene", 3, "retrieval.maps --only ambiguity", _MAPS),
-    "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 823),
+    "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 961),
     "slopes": Study("scene", 2, "retrieval.slopes", _MAPS),
-    "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 731),
+    "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 962),
     "seas": Study("scene", 12, "retrieval.seas", _MAPS),
     "hidden": Study("validate", 5, "retrieval.hidden --draw {draw}", _MAPS, 841),
     "sea_state": Study("validate", 25, "sea.sea_state --draw {draw}", f"{_MAPS} wavefield", 941),

@@ -81,14 +81,14 @@ def main() -> None:
         for key, each in found.items():
             whole[key].append(each)
             print(f"  {key[0]:9} {key[1]:9} {_row(each)}", flush=True)
-    print("\nmedian over scenes, least and most of the ratio")
-    for key, each in whole.items():
-        ratios = [ratio for _, _, ratio, _ in each]
-        held = sum(0.9 <= ratio <= 1.1 for ratio in ratios)
-        middle = _row(np.median(each, axis=0))
-        print(
-            f"  {key[0]:9} {key[1]:9} {middle} ({min(ratios):.2f}, {max(ratios):.2f}); {held} of {len(each)} in 0.9–1.1"
-        )
+    print("\n**median over scenes**\n\n| slope, range | rms | stated | ratio | least, most | in 0.9–1.1 | within |")
+    print("|---" * 7 + "|")
+    for (band, kind), each in whole.items():
+        rms, stated, ratio, within = np.median(each, axis=0)
+        ratios = [every for _, _, every, _ in each]
+        held = sum(0.9 <= every <= 1.1 for every in ratios)
+        cells = f"{rms:.4f} | {stated:.4f} | {ratio:.2f} | {min(ratios):.2f}, {max(ratios):.2f}"
+        print(f"| {kind}, {band} | {cells} | {held} of {len(each)} | {within:.0%} |")
 
 
 def _row(each: np.ndarray | tuple[float, ...]) -> str:
