@@ -124,7 +124,7 @@ STUDIES: dict[str, Study] = {
     "windows_drawn": Study("validate", 20, "prediction.windows --draw {draw}", _AHEAD, 943),
     "designers": Study("scene", 60, "prediction.designers", _AHEAD),
     "advice": Study("scene", 60, "prediction.advice", _AHEAD),
-    "advice_radar": Study("scene", 90, "prediction.advice --radar", _AHEAD),
+    "advice_radar": Study("scene", 90, "prediction.advice --radar --first 745 --seeds 4 --minutes 3", _AHEAD),
     "blur": Study("debug", 1, "prediction.blur", "interferometry prediction"),
     "buoys": Study("validate", 15, "prediction.buoys", "prediction"),
     # how far it sees

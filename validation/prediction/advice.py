@@ -1,7 +1,7 @@
 """Boats that follow the advice, beside boats that hold their course, follow the spectrum alone, or know the sea ahead.
 
-    python -m validation.prediction.advice [--seeds 12] [--first 701] [--minutes 10] [--boats 2] [--runs FILE]
-    python -m validation.prediction.advice --radar [--seeds 4] [--first 721] [--minutes 3] [--runs FILE]
+    python -m validation.prediction.advice [--seeds 12] [--first 751] [--minutes 10] [--boats 2] [--runs FILE]
+    python -m validation.prediction.advice --radar --first 745 --seeds 4 --minutes 3 [--runs FILE] [--figure FILE]
 
 A boat answers by a first-order lag: heading in 4 s, at most 8° a second, speed in 6 s. It is bound 60° off the waves,
 at 4 m/s, and may steer up to 45° to either side and slow down to a half. Each 2 s it is advised for the next 20 s
@@ -35,6 +35,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -414,8 +415,37 @@ def report(runs: list[dict[str, Any]]) -> None:
             print(f"| {one} less {other} | " + " | ".join(cells) + " |")
 
 
+def draw(runs: list[dict[str, Any]], file: Path) -> None:
+    """Way lost against roll and exceedances, by who decides: a point a sea and task, its size the bands' over runs."""
+    colours = {"hold": "0.5", "spectrum": "tab:orange", "advice": "tab:blue", "foresight": "tab:green", "radar": "k"}
+    missions = sorted({run["task"] for run in runs})
+    figure, axes = plt.subplots(1, len(missions), figsize=(5.0 * len(missions), 3.6), squeeze=False, layout="tight")
+    for axis, task in zip(axes[0], missions, strict=True):
+        value, words = ("roll", "roll rms (°)") if task == "least_roll" else ("often", "exceedances a minute")
+        for marker, sea in zip("os^", sorted({run["sea"] for run in runs}), strict=False):
+            came = [run["came"] for run in runs if (run["task"], run["sea"]) == (task, sea)]
+            for arm in came[0]:
+                across = np.array([run[arm][value] for run in came])
+                lost = 100.0 * np.array([1.0 - run[arm]["way"] / run["hold"]["way"] for run in came])
+                bars = np.abs(np.array([band(each) for each in (across, lost)]) - [[across.mean()], [lost.mean()]])
+                label = f"{arm}; {sea}" if arm == "hold" else arm if marker == "o" else None
+                axis.errorbar(
+                    across.mean(),
+                    lost.mean(),
+                    bars[1][:, None],
+                    bars[0][:, None],
+                    marker,
+                    color=colours[arm],
+                    label=label,
+                )
+        axis.set(xlabel=words, ylabel="way lost (%)", title=task.replace("_", " "))
+        axis.grid(alpha=0.3)
+    axes[0, -1].legend(fontsize="x-small", loc="upper right")
+    figure.savefig(file, dpi=110)
+
+
 def main() -> None:
-    given = options(__doc__, seeds=12, first=701, minutes=10.0, boats=2, radar=False, runs=Path)
+    given = options(__doc__, seeds=12, first=751, minutes=10.0, boats=2, radar=False, runs=Path, figure=Path)
     seeds = range(given.first, given.first + given.seeds)
     kept = given.runs.read_text().splitlines() if given.runs and given.runs.exists() else []
     runs = [json.loads(line) for line in kept]
@@ -429,6 +459,8 @@ def main() -> None:
             with given.runs.open("a") as file:
                 file.write(json.dumps(run) + "\n")
     report(runs)
+    if given.figure:
+        draw(runs, given.figure)
 
 
 if __name__ == "__main__":
