@@ -66,7 +66,9 @@ def by_range(scene: Scene) -> np.ndarray:
 
 def main() -> None:
     arguments = options(__doc__, draw=100, seeds=2, only="")
-    print(f"{'':20}" + "".join(f"| {f'{low:g}–{high:g} m':24}" for low, high in BANDS))
+    bands = [f"{low:g}–{high:g} m" for low, high in BANDS]
+    print("**error over bar, share within, rms**\n")
+    print(f"| scene | {' | '.join(bands)} |\n" + "|---" * (1 + len(BANDS)) + "|")
     good = np.zeros((len(BANDS), 4), dtype=int)
     for name, each in scenes(arguments.draw, arguments.seeds):
         if arguments.only not in name:
@@ -78,12 +80,15 @@ def main() -> None:
             within, square = np.nanmean(turns[..., 1:], axis=0).T
         fits, covers = (ratio > 0.895) & (ratio < 1.105), (within > 0.925) & (within < 0.975)
         good += np.stack((np.isfinite(ratio), fits, covers, fits & covers), axis=1)
-        cells = (
-            f"| {r:4.2f}  {100 * w:5.1f} %  {s:.3f} m  " for r, w, s in zip(ratio, within, np.sqrt(square), strict=True)
-        )
-        print(f"{name:20}" + "".join(cells), flush=True)
-    for (low, high), (known, fit, cover, both) in zip(BANDS, good, strict=True):
-        print(f"{low:g}–{high:g} m: of {known} scenes {fit} within 0.9–1.1, {cover} within 93–97 %, {both} both")
+        cells = [
+            f"{each:.2f}, {share:.1%}, {rms:.3f} m" if np.isfinite(each) else "–"
+            for each, share, rms in zip(ratio, within, np.sqrt(square), strict=True)
+        ]
+        print(f"| {name} | {' | '.join(cells)} |", flush=True)
+    print("\n**how many scenes: known, ratio and share as asked**\n\n|  | known | ratio | within | both |")
+    print("|---" * 5 + "|")
+    for band, counts in zip(bands, good, strict=True):
+        print(f"| {band} | {' | '.join(str(each) for each in counts)} |")
 
 
 if __name__ == "__main__":
