@@ -154,6 +154,9 @@ STUDIES: dict[str, Study] = {
     # seconds and bytes
     "turn": Study("time", 1, "speed.speed --turns 9", f"{_MAPS} truth"),
     "latency": Study("time", 1, "speed.latency", "interferometry prediction wavefield session/streaming.py"),
+    "decisions": Study(
+        "time", 4, "speed.decisions --seeds 3 --first 971 --heights 5,10,14,20", f"{_MAPS} studies mesh"
+    ),
     "speed_error": Study("time", 4, "speed.speed_error", f"{_RADAR} mesh"),
     "sweep": Study("time", 0.5, "speed.sweep", f"{_MAPS} studies"),
     "peers": Study("time", 4, "speed.peers --repeat 3", "tracing"),

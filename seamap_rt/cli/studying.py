@@ -113,7 +113,13 @@ def trade(
     out: Path | None = None,
     resume: Annotated[bool, about("Go on with the points that are missing in that folder.")] = False,
     overwrite: Annotated[bool, about("Replace another sweep in that folder.")] = False,
-    set_: Annotated[Settings | None, about("KEY=VALUE, any key of the scene file, for all points.")] = None,
+    set_: Annotated[
+        Settings | None,
+        about(
+            "KEY=VALUE, any key of the scene file, for all points. tracing.tracer=horizon chooses as rays do, and sooner; "
+            "a coarser mesh sees too far."
+        ),
+    ] = None,
 ) -> int:
     """Run a grid of scenes and compare what each one's maps are worth; one table, one figure.
 
