@@ -116,8 +116,8 @@ def trade(
     set_: Annotated[
         Settings | None,
         about(
-            "KEY=VALUE, any key of the scene file, for all points. tracing.tracer=horizon chooses as rays do, and sooner; "
-            "a coarser mesh sees too far."
+            "KEY=VALUE, any key of the scene file, for all points. tracing.tracer=horizon chooses as rays do, "
+            "and sooner; a coarser mesh sees too far."
         ),
     ] = None,
 ) -> int:
