@@ -78,7 +78,7 @@ TASKS = ("least_roll", "most_way")
 ARMS = ("hold", "spectrum", "advice", "foresight")
 RIDE_S = 0.125  # of the track that the radar rides on, and its splines
 WARM = 10  # turns before the radar's first advice
-BOOTSTRAPS = 2000
+BOOTSTRAPS, FEWEST = 2000, 6
 
 
 @dataclass(frozen=True)
@@ -374,7 +374,9 @@ def radar_runs(seeds: Sequence[int], minutes: float, known: Set[Key] = frozenset
 
 
 def band(values: Field) -> tuple[float, float]:
-    """95 % of bootstrapped means."""
+    """95 % of bootstrapped means; NaN of fewer values than tell any."""
+    if values.size < FEWEST:
+        return np.nan, np.nan
     stream = np.random.default_rng(0)
     means = values[stream.integers(0, values.size, (BOOTSTRAPS, values.size))].mean(axis=1)
     return float(np.percentile(means, 2.5)), float(np.percentile(means, 97.5))
@@ -411,7 +413,7 @@ def report(runs: list[dict[str, Any]]) -> None:
             for name in ("roll", "often", "way"):
                 apart = np.array([run[one][name] - run[other][name] for run in whole])
                 low, high = band(apart)
-                cells.append(f"{apart.mean():+.3f} | {low:+.3f} to {high:+.3f}")
+                cells.append(f"{apart.mean():+.3f} | " + ("–" if np.isnan(low) else f"{low:+.3f} to {high:+.3f}"))
             print(f"| {one} less {other} | " + " | ".join(cells) + " |")
 
 
