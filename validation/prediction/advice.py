@@ -421,7 +421,9 @@ def draw(runs: list[dict[str, Any]], file: Path) -> None:
     """Way lost against roll and exceedances, by who decides: a point a sea and task, its size the bands' over runs."""
     colours = {"hold": "0.5", "spectrum": "tab:orange", "advice": "tab:blue", "foresight": "tab:green", "radar": "k"}
     missions = sorted({run["task"] for run in runs})
-    figure, axes = plt.subplots(1, len(missions), figsize=(5.0 * len(missions), 3.6), squeeze=False, layout="tight")
+    figure, axes = plt.subplots(
+        1, len(missions), figsize=(5.0 * len(missions), 3.6), squeeze=False, layout="constrained"
+    )
     for axis, task in zip(axes[0], missions, strict=True):
         value, words = ("roll", "roll rms (°)") if task == "least_roll" else ("often", "exceedances a minute")
         for marker, sea in zip("os^", sorted({run["sea"] for run in runs}), strict=False):
@@ -442,7 +444,7 @@ def draw(runs: list[dict[str, Any]], file: Path) -> None:
                 )
         axis.set(xlabel=words, ylabel="way lost (%)", title=task.replace("_", " "))
         axis.grid(alpha=0.3)
-    axes[0, -1].legend(fontsize="x-small", loc="upper right")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), fontsize="x-small", loc="outside lower center", ncols=3)
     figure.savefig(file, dpi=110)
 
 
