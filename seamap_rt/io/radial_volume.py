@@ -82,10 +82,8 @@ def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
                 tree[name].to_dataset() for name in sorted(tree.children, key=lambda name: int(name.rpartition("_")[2]))
             ]
             kept = json.loads(tree.attrs["comment"])[_MARK]
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise InputError(
-            f"{path}: is no CfRadial 2 file of seamap_rt ({error}); give one that was written here"
-        ) from None
+    except (OSError, KeyError, ValueError, TypeError):
+        raise InputError(f"{path}: is no CfRadial 2 file of seamap_rt; give one that was written here") from None
     start = np.datetime64(_start(kept["attrs"].get("start", _EPOCH)), "ns")
     kind = kept["kind"]
     attrs = {name: np.array(value) if isinstance(value, list) else value for name, value in kept["attrs"].items()}

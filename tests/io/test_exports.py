@@ -63,6 +63,16 @@ def test_latitude_and_longitude_are_those_of_the_geodesic(at: tuple[float, float
         np.testing.assert_allclose(across, 0.0, atol=1e-3)
 
 
+def test_cfradial_holds_the_polar_maps_of_the_turns_that_are_asked_for(tmp_path: Path) -> None:
+    """And the place of the maps' origin; the ending alone means the ground maps."""
+    (file,) = sr.export(maps(3), tmp_path / "polar.nc", AT, kind="cfradial", turns=[1, 2])
+    read, given = sr.read_radial_volume(file), maps(3)["polar"].to_dataset()
+    np.testing.assert_array_equal(read["turn"].values, [1, 2])
+    np.testing.assert_array_equal(read["antenna_y"].values, given["antenna_y"].values[1:])
+    with xr.open_dataset(file) as volume:
+        assert (float(volume["latitude"]), float(volume["longitude"])) == AT
+
+
 def test_netcdf_is_cf_and_holds_the_place(tmp_path: Path) -> None:
     (file,) = sr.export(maps(), tmp_path / "ground.nc", AT, heading_deg=[10.0, 370.0])
     with xr.open_dataset(file, decode_coords="all") as read:

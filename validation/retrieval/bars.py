@@ -1,4 +1,4 @@
-"""Error bars by range: heights' errors over stated ones on every shipped scene with waves, and on twelve drawn ones.
+"""Error bars by range: heights' errors over stated ones on shipped scenes with waves, short waves, and drawn scenes.
 
     python -m validation.retrieval.bars [--draw 500] [--seeds 2] [--only wide]
 
