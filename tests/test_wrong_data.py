@@ -69,6 +69,9 @@ CALLS: dict[str, Call] = {
     "export, path": lambda wrong, maps: sr.export(maps, wrong, (50.0, 8.0)),
     "inspect": lambda wrong, _: sr.inspect(wrong),
     "read_polar_images": lambda wrong, _: sr.read_polar_images(wrong),
+    "read_radial_volume": lambda wrong, _: sr.read_radial_volume(wrong),
+    "write_radial_volume": lambda wrong, _: sr.write_radial_volume("volume.nc", wrong),
+    "write_radial_volume, path": lambda wrong, maps: sr.write_radial_volume(wrong, maps["polar"].to_dataset()),
     "open_recording": lambda wrong, _: sr.open_recording(wrong),
     "echoes_from_recording": lambda wrong, _: sr.echoes_from_recording(
         wrong, wrong, {"frequency_hz": 1e10}, time=[0.0], azimuth=[0.0]

@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..dataset import SCHEMA, build
-from ..errors import InputError, SchemaError
+from ..dataset import SCHEMA, build, check
+from ..errors import InputError, SchemaError, must_be
 from .opening import check_file
+from .results_folder import whole_file
 from .text import plain
 
 _EPOCH = "2000-01-01T00:00:00"  # of a simulation's time 0
@@ -35,9 +36,15 @@ def write_radial_volume(
 ) -> None:
     """Write data to a CfRadial 2 file at path: `polar_images`, as `read_polar_images` gives, or `maps/polar` of maps.
 
-    at: latitude and longitude [deg] of the maps' origin; images have their own.
+    at: latitude and longitude [deg] of the maps' origin; images have their own. Raises InputError for a path that
+    cannot be written and for what is no dataset, SchemaError for a dataset of another kind.
     """
+    must_be("path", path, (str, os.PathLike), "the path of a file to write")
+    if Path(path).suffix != ".nc":
+        raise InputError(f"path = '{path}': must end with .nc, for readers choose by it; add it")
+    must_be("data", data, xr.Dataset, "a dataset `polar_images`, as read_polar_images gives, or `polar` of maps")
     images = "video" in data
+    check("polar_images" if images else "maps/polar", data)
     turns = np.unique(data["turn"].values)
     start = _start(data.attrs.get("start", _EPOCH))
     sweeps = {f"sweep_{n}": _sweep(data, images, int(turn), n, start) for n, turn in enumerate(turns)}
@@ -69,11 +76,16 @@ def write_radial_volume(
         },
     )
     tree = xr.DataTree.from_dict({"/": root} | {f"/{name}": sweep for name, sweep in sweeps.items()})
-    tree.to_netcdf(os.fspath(path), engine="h5netcdf")
+    try:
+        with whole_file(Path(path)) as part:
+            tree.to_netcdf(os.fspath(part), engine="h5netcdf")
+    except OSError as error:
+        raise InputError(f"path = '{path}': cannot be written ({error.strerror or error}); choose another") from None
 
 
 def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
     """The file at path that `write_radial_volume` wrote, as the dataset that was. Raises InputError for another one."""
+    must_be("path", path, (str, os.PathLike), "the path of a CfRadial 2 file")
     check_file(Path(path), "a CfRadial 2 file", named=f"'{path}'")
     try:
         with xr.open_datatree(os.fspath(path), engine="h5netcdf") as tree:
