@@ -55,7 +55,7 @@ def say_of(subject: str, kind: type[InputError] = Refusal) -> Iterator[None]:
     try:
         yield
     except kind as refusal:
-        raised = LargerThanMachine if isinstance(refusal, LargerThanMachine) else InputError
+        raised = MachineLimitError if isinstance(refusal, MachineLimitError) else InputError
         raise raised(*(f"{subject}{problem}" for problem in refusal.problems)) from None
 
 
@@ -90,7 +90,7 @@ class ResourceError(RuntimeError):
         super().__init__(one_line(message))
 
 
-class LargerThanMachine(InputError, ResourceError):
+class MachineLimitError(InputError, ResourceError):
     """An input that the memory or the disk of this machine does not hold; on a larger one it may be right."""
 
 

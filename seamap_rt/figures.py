@@ -10,7 +10,7 @@ from .errors import InputError, must_be
 from .metrics import error_figures
 from .prediction import WaveField
 from .report.curves import error_against_range
-from .report.forecast_figures import Ahead, next_seconds
+from .report.forecast_figures import BoatForecast, next_seconds
 from .report.retrieved_page import draw_heights, map_of_turn
 
 
@@ -65,7 +65,7 @@ def forecast(coming: xr.Dataset, place: int = 0, issue: int = -1) -> Figure:
         np.asarray(each, dtype=np.float64) for each in (one["elevation"], one["elevation_std"], chance)
     )
     longest = float(one["maximum_prediction_time"]) if "maximum_prediction_time" in one else None
-    return next_seconds(Ahead(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, longest))
+    return next_seconds(BoatForecast(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, longest))
 
 
 def _refuse_place(name: str, at: int, held: int) -> None:

@@ -25,7 +25,7 @@ class Sea(Protocol):
 
 
 @dataclass(frozen=True)
-class Verified:
+class VerifiedForecasts:
     """Forecasts of a run (schema `prediction`), the sea that came, and the last turn's whole field.
 
     truth: m, (issue, lead, place). field: on the ground's cells (y, x), at the time of the last issue: `reconstructed`
@@ -62,7 +62,7 @@ def prediction_time(forecasts: xr.Dataset, place: int = 0) -> float | None:
     return float(np.median(forecasts["maximum_prediction_time"].values[:, place]))
 
 
-def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
+def judge_forecasts(verified: VerifiedForecasts) -> list[dict[str, Any]]:
     """A row for each place and span of leads: what metrics.json holds of forecasts.
 
     Of the forecasts that rest on five turns or more: correlation with the sea that came, rms of the error, of what was

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.dataset import build
-from seamap_rt.forecast_errors import Verified, came, judge_forecasts, warm
+from seamap_rt.forecast_errors import VerifiedForecasts, came, judge_forecasts, warm
 
 LEAD = np.arange(0.0, 31.0)
 
@@ -50,7 +50,7 @@ def test_errors_are_shares_of_the_sea_that_came() -> None:
     # Half the sea is forecast: the error is half of it too. Persistence holds the first value.
     truth = np.cos(2.0 * np.pi * LEAD / 7.0) * np.array([[1.0], [2.0], [3.0]])
     forecasts = made(0.5 * truth, 0.4, [5, 6, 7])
-    rows = judge_forecasts(Verified(forecasts, truth[:, :, None], xr.Dataset()))
+    rows = judge_forecasts(VerifiedForecasts(forecasts, truth[:, :, None], xr.Dataset()))
     sigma = np.std(truth)
     for row in rows:
         inside = (row["lead_s"][0] <= LEAD) & (row["lead_s"][1] >= LEAD)
@@ -70,7 +70,7 @@ def test_forecasts_from_few_turns_are_not_judged_where_others_are() -> None:
 
 def test_a_calm_has_no_shares() -> None:
     flat = np.zeros((2, LEAD.size, 1))
-    assert judge_forecasts(Verified(made(flat[:, :, 0], 0.1, [5, 6]), flat, xr.Dataset())) == []
+    assert judge_forecasts(VerifiedForecasts(made(flat[:, :, 0], 0.1, [5, 6]), flat, xr.Dataset())) == []
 
 
 def test_each_whole_second_to_thirty_counts_once_and_stated_errors_as_squares() -> None:
@@ -80,7 +80,7 @@ def test_each_whole_second_to_thirty_counts_once_and_stated_errors_as_squares() 
     truth = stream.standard_normal((3, LEAD.size))
     forecasts = made(truth + 0.1 * LEAD, 0.1, [5, 6, 7])
     forecasts["elevation_std"] = forecasts["elevation_std"] * 0.0 + (0.1 * LEAD)[:, None]
-    rows = judge_forecasts(Verified(forecasts, truth[:, :, None], xr.Dataset()))
+    rows = judge_forecasts(VerifiedForecasts(forecasts, truth[:, :, None], xr.Dataset()))
     counted = np.concatenate([LEAD[(row["lead_s"][0] <= LEAD) & (row["lead_s"][1] >= LEAD)] for row in rows])
     np.testing.assert_array_equal(counted, LEAD)
     for row in rows:

@@ -33,7 +33,7 @@ def test_worker_without_affinity_runs_on_any_core(monkeypatch: pytest.MonkeyPatc
     ignored: list[Any] = []
     monkeypatch.delattr(os, "sched_setaffinity", raising=False)
     monkeypatch.setattr(signal, "signal", lambda *given: ignored.append(given))
-    cluster.OwnCores({0: [0]}).setup(cast(Any, type("Worker", (), {"name": "0"})()))
+    cluster.CoreAffinity({0: [0]}).setup(cast(Any, type("Worker", (), {"name": "0"})()))
     assert ignored == [(signal.SIGINT, signal.SIG_IGN)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from seamap_rt.io.process import Pace, duration
+from seamap_rt.io.process import ProgressEstimate, duration
 
 
 class Hand:
@@ -21,7 +21,7 @@ def test_equal_turns_are_told_exactly() -> None:
     """Turns of 8 s after a first one of 20 s: at the begin of turn n of 5, 8 (5 − n + 1) s are left."""
     said: list[str] = []
     hand = Hand()
-    pace = Pace("turn", 5, said.append, hand)
+    pace = ProgressEstimate("turn", 5, said.append, hand)
     for lasts in (20.0, 8.0, 8.0, 8.0, 8.0):
         pace.begin()
         pace.stage("mesh")
@@ -44,7 +44,7 @@ def test_equal_turns_are_told_exactly() -> None:
 
 def test_a_turn_that_takes_longer_has_nothing_less_than_nothing_left() -> None:
     hand = Hand()
-    pace = Pace("turn", 3, print, hand)
+    pace = ProgressEstimate("turn", 3, print, hand)
     for lasts in (1.0, 1.0, 500.0):
         pace.begin()
         hand.time += lasts
@@ -53,7 +53,7 @@ def test_a_turn_that_takes_longer_has_nothing_less_than_nothing_left() -> None:
 
 def test_a_stage_is_told_once_by_its_own_name() -> None:
     said: list[str] = []
-    pace = Pace("turn", 1, said.append)
+    pace = ProgressEstimate("turn", 1, said.append)
     pace.begin()
     steps = ("calibrate", "mesh", "sea", "mesh", "mesh", "trace", "scattering", "sea", "echoes", "truth", "sea")
     for step in (*steps, "retrieve"):

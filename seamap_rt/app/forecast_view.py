@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from ..conventions import written
 from ..errors import InputError
-from ..forecast_errors import Verified, came, warm
+from ..forecast_errors import VerifiedForecasts, came, warm
 from ..io.turn_files import GrowingFile, part_of, read_whole_turns
-from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture, window_picture
+from ..report.forecast_figures import BoatForecast, ahead_picture, by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
@@ -47,7 +47,7 @@ class Verification:
     scores: as metrics.json has the windows.
     """
 
-    verified: Verified
+    verified: VerifiedForecasts
     windows: Windows | None
     scores: dict[str, Any]
 
@@ -120,13 +120,13 @@ def verify_folder(folder: Path) -> Verification:
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
     scores = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Verification(Verified(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, scores)
+    return Verification(VerifiedForecasts(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, scores)
 
 
 _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 
 
-def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
+def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | None:
     """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
     path = folder / "prediction.nc"
     if not path.exists() and not part_of(path).exists():
@@ -146,7 +146,7 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
         return None
     issue, lead, found = whole
     longest = found.get("maximum_prediction_time")
-    return Ahead(
+    return BoatForecast(
         issue=issue,
         lead_s=lead,
         elevation_m=found["elevation"],
@@ -274,7 +274,7 @@ class ForecastPanel:
         return None
 
 
-def _words(ahead: Ahead) -> str:
+def _words(ahead: BoatForecast) -> str:
     at = ahead.highest
     wide = 1.96 * ahead.std_m[at]
     crest = (

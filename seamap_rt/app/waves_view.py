@@ -25,7 +25,7 @@ from ..gauges import judge_one
 from ..io.turn_files import GrowingFile, read_whole_turns
 from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report import style
-from ..report.forecast_figures import Ahead
+from ..report.forecast_figures import BoatForecast
 from ..report.gauge_figures import gauge_picture
 from ..report.page_elements import Picture
 from ..report.spectrum_figures import Density, map_spectra_picture, wave_height_pictures
@@ -284,7 +284,7 @@ def advice_of(source: Source, turn: int, settings: PredictionSettings) -> xr.Dat
     return advise(field, vessel, around, speeds, hold=(heading, speed), draws=_DRAWS)
 
 
-def quiet_words(ahead: Ahead) -> str:
+def quiet_words(ahead: BoatForecast) -> str:
     """The countdown to the next quiet window."""
     if not ahead.windows:
         return "Quiet: no limit is named"
@@ -295,7 +295,7 @@ def quiet_words(ahead: Ahead) -> str:
     return "Quiet: now" if begin <= 0.0 else f"Quiet: in {begin:.0f} s"
 
 
-def wave_words(ahead: Ahead) -> str:
+def wave_words(ahead: BoatForecast) -> str:
     """The highest crest to come."""
     at = ahead.highest
     height, wide = ahead.elevation_m[at], 1.96 * ahead.std_m[at]

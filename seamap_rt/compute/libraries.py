@@ -201,7 +201,7 @@ def remember(file: Path | None, verdict: Verdict) -> None:
 # ------------------------------------------------------------------------------------------------ a library built here
 
 
-class _CannotBuild(Exception):
+class _BuildError(Exception):
     """Why no library can be linked from the wheel here."""
 
 
@@ -218,7 +218,7 @@ def own_llvm(notes: list[str]) -> Iterator[Candidate]:
                 "cached build",
             )
         yield Candidate("llvm", link_wheel(folder, wheel), f"built from {WHEEL}")
-    except _CannotBuild as error:
+    except _BuildError as error:
         notes.append(str(error))
     except OSError as error:
         notes.append(f"no LLVM can be kept in a cache: {error}")
@@ -231,15 +231,15 @@ def build_name(wheel: str) -> str:
 def link_wheel(folder: Path, wheel: str | None) -> Path:
     """Link the wheel's archives into one shared library, which appears in the folder whole or not at all."""
     if sys.platform != "linux":
-        raise _CannotBuild(f"{WHEEL} is linked on Linux only")
+        raise _BuildError(f"{WHEEL} is linked on Linux only")
     archives = archives_of_wheel()
     if wheel is None or not archives:
-        raise _CannotBuild(f"the wheel {WHEEL} is not installed")
+        raise _BuildError(f"the wheel {WHEEL} is not installed")
     # A C++ compiler driver knows where its own runtime library lies, which a bare ld does not.
     drivers = (shlex.split(name) for name in (os.environ.get("CXX", ""), "c++", "g++", "clang++"))
     linker = next((each for each in drivers if each and shutil.which(each[0])), None)
     if linker is None:
-        raise _CannotBuild(f"no g++ to link {WHEEL} with")
+        raise _BuildError(f"no g++ to link {WHEEL} with")
     library = folder / build_name(wheel)
     log.info("linking LLVM from %s into %s (once)", WHEEL, library)
     with scratch_folder(".link-", folder) as scratch:
@@ -275,9 +275,9 @@ def _run_linker(linker: list[str], archives: list[Path], output: Path) -> None:
     try:
         done = run(command, _LINKING_LIMIT_S)
     except (OSError, subprocess.SubprocessError) as error:
-        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {type(error).__name__}") from error
+        raise _BuildError(f"{linker[0]} did not link {WHEEL}: {type(error).__name__}") from error
     if done.returncode != 0:
-        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {reason(done)}")
+        raise _BuildError(f"{linker[0]} did not link {WHEEL}: {reason(done)}")
 
 
 def c_interface(archives: list[Path]) -> list[str]:

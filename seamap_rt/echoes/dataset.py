@@ -16,7 +16,7 @@ from ..radar.receiver import measures_phase, transmit_phase_error
 from ..radar.scan import Pulses
 from ..radar.waveform import gates
 from ..settings import RetrievalSettings, SensorErrors
-from .receiving import Received, gate_noise_power
+from .receiving import ReceivedTurn, gate_noise_power
 
 
 def echo_attributes(
@@ -59,7 +59,7 @@ def echo_attributes(
 def echo_dataset(
     installation: Installation,
     turns: Sequence[Pulses],
-    voltages: Sequence[NDArray[np.complex64] | Received],
+    voltages: Sequence[NDArray[np.complex64] | ReceivedTurn],
     polarization: str = "VV",
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
@@ -69,7 +69,7 @@ def echo_dataset(
 
     retrieval: by which `retrieve` is to go.
     """
-    received = [Received(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
+    received = [ReceivedTurn(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
     numbers = np.concatenate([turn.number for turn in turns])
     flags = np.zeros(numbers.size, dtype=np.int16)
     if submerged is not None:

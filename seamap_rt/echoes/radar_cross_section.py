@@ -82,7 +82,7 @@ class SeaSurface:
             given = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
             parts = tuple(each.astype(np.float32) for each in given)
 
-        def fill(reached: Reached, terms: Terms) -> None:
+        def fill(reached: ReachedFacets, terms: Terms) -> None:
             broken = terms.breaking if bright is None else terms.breaking * reached.of(bright)
             total = terms.bragg + terms.specular + broken
             reached.put(breaking, broken / np.maximum(total, _DARK))
@@ -143,7 +143,7 @@ class SeaSurface:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
         terms = Terms(*(np.zeros(facets.height.shape, dtype=np.float32) for _ in Terms._fields))
 
-        def fill(reached: Reached, found: Terms) -> None:
+        def fill(reached: ReachedFacets, found: Terms) -> None:
             for term, values in zip(terms, found, strict=True):
                 reached.put(term, values)
 
@@ -154,7 +154,7 @@ class SeaSurface:
         self,
         facets: Illumination,
         strain: NDArray[np.float32] | None,
-        take: Callable[[Reached, Terms], None],
+        take: Callable[[ReachedFacets, Terms], None],
     ) -> None:
         """Give away the terms of the facets that some ray reaches, block by block of columns."""
         sea, reached, wind = self.composite, _reached(facets), self.wind(facets)[:, 0]
@@ -163,7 +163,7 @@ class SeaSurface:
         distance, area = facets.distance.astype(np.float32), facets.horizontal_area.astype(np.float32)
 
         def work(begin: int, end: int) -> None:
-            found = Reached.of_block(reached, begin, end)
+            found = ReachedFacets.of_block(reached, begin, end)
             column, facet = found.column, found.facet
             if facets.ray_slope is None:
                 fall = (level[column] - found.of(facets.height)).astype(np.float32) / distance[facet]
@@ -265,7 +265,7 @@ class SeaSurface:
         )
 
 
-class Reached(NamedTuple):
+class ReachedFacets(NamedTuple):
     """The facets of some columns that a ray reaches."""
 
     columns: slice
@@ -274,7 +274,7 @@ class Reached(NamedTuple):
     place: NDArray[np.intp]  # among all of these columns, one after the other
 
     @classmethod
-    def of_block(cls, reached: NDArray[np.bool_], begin: int, end: int) -> Reached:
+    def of_block(cls, reached: NDArray[np.bool_], begin: int, end: int) -> ReachedFacets:
         """Of reached (column, facet), from one column to another."""
         part = reached[begin:end]
         place = np.flatnonzero(part)

@@ -120,7 +120,7 @@ _NOISE_CHUNK = 1000  # pulses
 _NOISE_SAMPLE_SEED = 3  # of the sample by which a receiver's own noise is measured, the same for every run
 
 
-class Received(NamedTuple):
+class ReceivedTurn(NamedTuple):
     """What is recorded of a turn."""
 
     voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W
@@ -134,7 +134,7 @@ def receive(
     pulses: Pulses,
     seed: int,
     objects: NDArray[np.complex64] | None = None,
-) -> Received:
+) -> ReceivedTurn:
     """Pass voltages (pulse, receiver, sample) [√W] at the antennas' ports through the receivers: the phases that a
     magnetron sent them with, thermal noise, channels, and the converter of a digital one. They are changed in place.
 
@@ -152,7 +152,7 @@ def receive(
     return received
 
 
-def _received(voltages: NDArray[np.complex64], installation: Installation, pulses: Pulses, seed: int) -> Received:
+def _received(voltages: NDArray[np.complex64], installation: Installation, pulses: Pulses, seed: int) -> ReceivedTurn:
     radar, array = installation.radar, installation.array
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:
@@ -162,13 +162,13 @@ def _received(voltages: NDArray[np.complex64], installation: Installation, pulse
         if array.elements[antenna].channel != 1.0:
             voltages[:, receiver] *= np.complex64(array.elements[antenna].channel)
     if digital is None:
-        return Received(voltages, None)
+        return ReceivedTurn(voltages, None)
     silent = np.isnan(voltages[..., 0].real)  # receivers that the mode does not sample on a pulse
     voltages[silent] = 0.0
     digitised = digital(voltages)
     digitised.voltage[silent] = np.nan
     saturated = np.asarray(digitised.saturated.any(axis=1))
-    return Received(digitised.voltage, saturated, float(np.median(digitised.full_scale)))
+    return ReceivedTurn(digitised.voltage, saturated, float(np.median(digitised.full_scale)))
 
 
 def gate_noise_power(installation: Installation, full_scale_w: float | None = None) -> float:

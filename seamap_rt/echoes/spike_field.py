@@ -29,7 +29,7 @@ _ONE_IN_A_CELL = math.exp(-1.0)
 _MOST_IN_A_CELL = 20
 
 
-class Breed(NamedTuple):
+class BreakerClass(NamedTuple):
     """The breakers of one class of waves. One is born in each cell of space and slot of time in the mean."""
 
     cell: float  # m, side
@@ -259,7 +259,7 @@ class SpikeField:
             scale = spikes.life_s[number] / _MEAN_LIFE
             slot = LONGEST_LIFE * scale
             per_area = density / spikes.life_s[number] * slot  # born in a slot, 1/m²
-            breed = Breed(
+            breed = BreakerClass(
                 cell=float(1.0 / np.sqrt(per_area)),  # in which one is born in a slot
                 slot=float(slot),
                 scale=float(scale),

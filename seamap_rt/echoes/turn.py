@@ -28,7 +28,7 @@ from ..radar.installation import Installation, column_frame
 from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..tracing import Illumination
 from .paths import facet_paths, wavenumber
-from .receiving import Received, receive
+from .receiving import ReceivedTurn, receive
 from .response import ResponseTable, TwoWayBeams, beam_truncation, tabulated, two_way_beams
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import BeamWindow, Motion, MovingSpeckle, SpeedBounds, StillSpeckle, speckle_basis, speckle_truncation
@@ -71,7 +71,7 @@ def turn_echoes(
     motion: Motion | None = None,
     objects: NDArray[np.complex64] | None = None,
     neglected: float = 0.0,
-) -> Received:
+) -> ReceivedTurn:
     """What the receivers record in one turn, with speckle and (if radar.noise) thermal noise.
 
     rcs (column, facet) [m²]; decorrelation_time_s: τc of the speckle, may be infinite; motion: of the scatterers
@@ -93,7 +93,7 @@ def received(
     pulses: Pulses,
     seed: int,
     objects: NDArray[np.complex64] | None = None,
-) -> Received:
+) -> ReceivedTurn:
     """What the receivers record, from the sums (component, path, sample, node) of a turn; see `turn_echoes`."""
     echo, compress = nodes_first(total), hearing.tabulated.samples.compress
     if compress is not None:

@@ -182,7 +182,7 @@ _FEW = 8  # cells, too few for a mean
 
 
 @dataclass(frozen=True)
-class Resolved:
+class CycleEstimate:
     """Arrays (look, gate). `cycles` are to be added to the phase; 0 in unknown cells."""
 
     cycles: NDArray[np.int64]
@@ -284,7 +284,7 @@ def resolve(
     spacing: float,
     across: Field,
     *expected: HeightEstimate,
-) -> Resolved:
+) -> CycleEstimate:
     """The cycles of each cell of a polar map, and where they stay ambiguous.
 
     Arrays (look, gate). residual: phase less that of mean sea level [rad], its own cycles do not matter; phase_std: its
@@ -294,7 +294,7 @@ def resolve(
     size (`needed`) nothing is done, and it costs nothing.
     """
     known = known & np.isfinite(residual) & np.isfinite(phase_std) & np.isfinite(gain) & (gain != 0.0)
-    resolved = Resolved(np.zeros(residual.shape, np.int64), np.zeros(residual.shape, np.bool_))
+    resolved = CycleEstimate(np.zeros(residual.shape, np.int64), np.zeros(residual.shape, np.bool_))
     phase = np.where(known, residual, 0.0)
     whole = np.round(phase / (2.0 * np.pi))
     gain = np.where(known, gain, 1.0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ..settings import RetrievalSettings
-from .ambiguity import HeightEstimate, Resolved, doubtful_cycle, needed, resolve, sea_size
+from .ambiguity import CycleEstimate, HeightEstimate, doubtful_cycle, needed, resolve, sea_size
 from .description import RadarDescription
 from .poses import Heights, PhaseModel, edge_bias
 from .quality import has_echo, lit_power, object_echo, own_echo
@@ -239,7 +239,7 @@ class Interferogram:
         cycles = np.round((earlier - residual) / (2.0 * np.pi))
         return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles)), ambiguous
 
-    def _cycles(self, residual: Map, spread: Map, heights: Heights, known: NDArray[np.bool_]) -> Resolved:
+    def _cycles(self, residual: Map, spread: Map, heights: Heights, known: NDArray[np.bool_]) -> CycleEstimate:
         radar = self.model.radar
         across = radar.ranges * np.radians(self.echo.width)
         gain = np.broadcast_to(self.model.rise_sign, heights.gain.shape) * heights.gain

@@ -159,7 +159,7 @@ _WIDTHS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
-class FilesBeside:
+class FileResolver:
     """The files in a folder, as trimesh asks for those that a glTF file names."""
 
     def __init__(self, folder: Path) -> None:
@@ -172,7 +172,7 @@ class FilesBeside:
     get = __getitem__
 
 
-def check_gltf(content: bytes, beside: FilesBeside) -> None:
+def check_gltf(content: bytes, beside: FileResolver) -> None:
     """Raise InputError for a file, GLB or text, whose nodes are too many or no tree, or whose accessors and instances
     are more than it holds. Raises ValueError, KeyError and the like for damage."""
     text = content

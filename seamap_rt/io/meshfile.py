@@ -21,7 +21,7 @@ from trimesh.exchange.ply import load_ply
 from ..compute.machine import free_memory
 from ..errors import InputError, say_of
 from ..settings import ObjectSettings
-from .mesh_scenes import FilesBeside, check_gltf, read_collada
+from .mesh_scenes import FileResolver, check_gltf, read_collada
 from .opening import LONG, read_bytes
 from .process import quietly, without_log
 
@@ -167,7 +167,7 @@ def _as_utf8(content: bytes, end: int) -> bytes:
 
 
 def _gltf(content: bytes, path: Path) -> Polygons:
-    beside = FilesBeside(path.parent)
+    beside = FileResolver(path.parent)
     check_gltf(content, beside)
     return _by_trimesh(content, path.suffix[1:].lower(), beside)
 

@@ -26,7 +26,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, cast
 
-from ..errors import InputError, LargerThanMachine
+from ..errors import InputError, MachineLimitError
 from .text import decode_text
 
 if TYPE_CHECKING:  # each takes a part of a second to load
@@ -153,7 +153,7 @@ def _pieces(file: IO[bytes], called: str, most: float) -> Iterator[bytes]:
 
 def check_declared_size(called: str, need: float, packed: float | None = None) -> None:
     """Raise InputError where `need` bytes of arrays are so many more than the `packed` bytes of their file that these
-    can hold hardly anything but zeros, and LargerThanMachine where they are more than the free memory holds."""
+    can hold hardly anything but zeros, and MachineLimitError where they are more than the free memory holds."""
     if need <= _FREELY:
         return
     from ..compute.machine import free_memory
@@ -165,7 +165,7 @@ def check_declared_size(called: str, need: float, packed: float | None = None) -
         )
     free = _OF_FREE * free_memory()
     if need > free:
-        raise LargerThanMachine(
+        raise MachineLimitError(
             f"{called}: declares {size(need)} of numbers: must fit into {size(free)} of free memory; give fewer"
         )
 

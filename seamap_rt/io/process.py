@@ -140,7 +140,7 @@ STAGES = {  # what a step of the simulation's clock is a part of; sea and mesh t
 _LATER = ("trace", "echoes", "truth", "retrieve")
 
 
-class Pace:
+class ProgressEstimate:
     """Lines of progress for parts that are alike, such as turns: which one, its stage, and the time left.
 
     The first part compiles and builds: until it has ended nothing is known ("…"), then it bounds the others from above,

@@ -12,7 +12,7 @@ from .results_folder import FULL, finished, held_folder, remove_hidden, unfinish
 _OPTION, _FORECASTS = "DIR", "prediction.nc"
 
 
-class Recovered(NamedTuple):
+class Recovery(NamedTuple):
     """What was recovered: the files, how much is whole in each of them, and of what (turns, times).
 
     complete is None where all files had been finished already.
@@ -23,7 +23,7 @@ class Recovered(NamedTuple):
     unit: str
 
 
-def recover(folder: str | Path) -> Recovered | None:
+def recover(folder: str | Path) -> Recovery | None:
     """Put the turns that are whole in all files of a killed run under the files' own names; None if there is nothing.
 
     Turns that only some of the files have go. May itself be killed and called again.
@@ -50,7 +50,7 @@ def recover(folder: str | Path) -> Recovered | None:
             (folder / "scene.toml").unlink(missing_ok=True)
         remove_hidden(folder)
         finished(folder)
-        return Recovered(tuple(name for name in left.files if (folder / name).exists()), complete, left.unit)
+        return Recovery(tuple(name for name in left.files if (folder / name).exists()), complete, left.unit)
 
 
 def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:

@@ -33,7 +33,7 @@ _ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|tif|txt|unfinished"
 _HIDDEN = re.compile(rf"\.(.+\.({_ENDINGS}))\.(part|part\.journal|part\.journal\.part|removed)")
 
 
-class Unfinished(NamedTuple):
+class UnfinishedFiles(NamedTuple):
     """What was growing in a folder when its process was killed: the files, and what they grow by."""
 
     files: tuple[str, ...]
@@ -109,11 +109,11 @@ def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterat
             marker.unlink(missing_ok=True)
 
 
-def unfinished(folder: Path) -> Unfinished | None:
+def unfinished(folder: Path) -> UnfinishedFiles | None:
     """What a kill has left unfinished in a folder, or what is growing in it now; None if all is finished."""
     try:
         note = read_json(folder / _MARKER)
-        return Unfinished(tuple(note["files"]), str(note["unit"]))
+        return UnfinishedFiles(tuple(note["files"]), str(note["unit"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

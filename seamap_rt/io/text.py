@@ -256,7 +256,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-class InRows:
+class TableMixin:
     """Shown as a short table of its `rows`: in lines, and in a notebook as HTML."""
 
     def rows(self) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, must_be
 from ..io.text import numbers
-from .advice_motions import QUANTITIES, Hull, SeaAhead, shares_of
+from .advice_motions import QUANTITIES, Hull, SeaPrediction, shares_of
 from .field import WaveField
 from .quantity import Course
 from .spectrum import Field
@@ -74,7 +74,7 @@ def advise(
     if not hasattr(vessel, "response"):
         raise InputError(f"vessel = {vessel}: must be a vessel; give prediction.Box, Disc, Follower or read_capytaine")
     made = advise_on(
-        SeaAhead.of(field),
+        SeaPrediction.of(field),
         vessel,
         field.spectrum.water.depth,
         headings,
@@ -88,7 +88,7 @@ def advise(
 
 
 def advise_on(
-    sea: SeaAhead,
+    sea: SeaPrediction,
     vessel: Vessel,
     depth_m: float,
     headings: ArrayLike | None = None,

@@ -132,7 +132,7 @@ def shares_of(vessel: Vessel, hull: Hull, depth_m: float) -> Shares:
 
 
 @dataclass(frozen=True)
-class SeaAhead:
+class SeaPrediction:
     """What is known of the sea about a boat from one moment on.
 
     waves, amplitudes (set, wave) [m]: expected, with phases of the boat's place at lead 0; expect: from envelopes
@@ -151,7 +151,7 @@ class SeaAhead:
     spectral: Field
 
     @classmethod
-    def of(cls, field: WaveField) -> SeaAhead:
+    def of(cls, field: WaveField) -> SeaPrediction:
         """A wave field's, at its antennas and issue."""
         east, north = field.centre
         parts = []
@@ -257,7 +257,7 @@ class _OpenShares:
         self._field = field
 
     def expect(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Expectation:
-        """See `SeaAhead`."""
+        """See `SeaPrediction`."""
         field = self._field
         variances = field.knowledge.groups.variance
         powers = variances * np.abs(transfers.groups) ** 2
@@ -314,4 +314,4 @@ def _strongest(power: Field, share: float) -> NDArray[np.intp]:
     return order[: int(np.searchsorted(np.cumsum(power[order]), share * power.sum())) + 1]
 
 
-__all__ = ["QUANTITIES", "Hull", "SeaAhead", "Transfers", "Waves", "shares_of"]
+__all__ = ["QUANTITIES", "Hull", "SeaPrediction", "Transfers", "Waves", "shares_of"]

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..io.declared import to_unit
 from ..io.opening import load, open_dataset
 from ..physics.dispersion import wavenumber
-from .vessel import Complex, Met, Real, Responses, Values, Vessel, meeting
+from .vessel import Complex, EncounterWaves, Real, Responses, Values, Vessel, meeting
 
 _SLOW = 1e-3  # rad/s: slower encounters count as this, since nothing holds a free boat in surge and sway
 _FREE = ("Heave", "Roll", "Pitch")
@@ -37,7 +37,7 @@ Symmetry = Literal["sides", "sides_and_ends", "round"]
 
 
 @dataclass(frozen=True, eq=False)
-class _Tabulated:
+class _HullTable:
     """What a boundary-element code computed, in its own axes: x to the bow, y to port, z up."""
 
     dofs: tuple[str, ...]
@@ -65,7 +65,7 @@ class _Tabulated:
         heave, roll, pitch = (motions[..., self.dofs.index(name)] for name in _FREE)
         return Responses(heave, roll, -pitch)  # with y to port, a positive turn about it puts the bow down
 
-    def _force(self, met: Met, depth_m: float) -> Complex:
+    def _force(self, met: EncounterWaves, depth_m: float) -> Complex:
         low, high, part = _between(self.omega, met.sigma)
         towards = np.arctan2(-met.starboard, met.ahead)
         left, right, turned = _between(self.direction, (towards - self.direction[0]) % _TURN + self.direction[0])
@@ -158,7 +158,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
             notes.append(f"{name} has the stiffness {own:.3g} N m, of a boat that capsizes; check its centre of mass")
     force = force[:, np.append(columns, columns[0])].astype(np.complex128)
     warnings = tuple(f"{path}: {note}" for note in notes)
-    return _Tabulated(dofs, omega, direction, mass, stiffness, added_mass, damping, force, warnings)
+    return _HullTable(dofs, omega, direction, mass, stiffness, added_mass, damping, force, warnings)
 
 
 def _one_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dataset, tuple[str, ...], bool]:

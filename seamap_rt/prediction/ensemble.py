@@ -44,7 +44,7 @@ class Member:
 
 
 @dataclass
-class _Thinned:
+class _ThinnedBatch:
     """Some of a batch's observations for all of them, and the errors (chain, n) of unit variance that seas are seen
     with."""
 
@@ -64,7 +64,7 @@ class Ensemble:
         edge = min(max(_LONG * peak, spectrum.wavenumber_above(_SHORT)), whole.band[1])
         side = min(2 * int(np.ceil(edge / whole.spacing)) + 1, whole.k.shape[0])
         self._lattice = Lattice.of(spectrum, side, whole.spacing, (0.0, edge), np.inf)
-        self._seen: dict[int, list[_Thinned]] = {}
+        self._seen: dict[int, list[_ThinnedBatch]] = {}
         parts = self._stream.standard_normal((2, chains, *self._lattice.k.shape))
         self._drawn = (parts[0] + 1j * parts[1]).astype(np.complex64)
         self._found: list[Unknowns | None] = [None] * chains  # what was last found of each drawn sea
@@ -93,7 +93,7 @@ class Ensemble:
         for _ in range(max(1, len(self._found) - len(alike))):
             self._members.append(self._sample(fit, issued, workers))
 
-    def _taken_up(self, number: int, fit: Fit) -> list[_Thinned]:
+    def _taken_up(self, number: int, fit: Fit) -> list[_ThinnedBatch]:
         """One turn's batches, thinned if they are new, with the weights of now."""
         whole, known = fit.batches[number], self._seen.get(number, [])
         same = len(known) == len(whole) and all(a.whole is b.seen for a, b in zip(known, whole, strict=True))
@@ -104,14 +104,14 @@ class Ensemble:
             part.batch = replace(part.batch, weight=weight, variance=variance)
         return parts
 
-    def _thinned(self, batch: Batch, fit: Fit) -> _Thinned:
+    def _thinned(self, batch: Batch, fit: Fit) -> _ThinnedBatch:
         size = len(batch.seen)
         thin = int(np.clip(size // _ENOUGH, 1, _THINNEST))
         chosen = np.sort(self._stream.permutation(size)[: size // thin])
         seen, weight = batch.seen[chosen], batch.weight[chosen]
         made = WaveSum(seen, [self._lattice], fit.spectrum.water, weight, fit.centre)
         errors = self._stream.standard_normal((len(self._found), chosen.size))
-        return _Thinned(batch.seen, chosen, Batch(seen, made, weight, batch.variance[chosen]), errors)
+        return _ThinnedBatch(batch.seen, chosen, Batch(seen, made, weight, batch.variance[chosen]), errors)
 
     def _sample(self, fit: Fit, issued: float, workers: Executor) -> Member:
         """The next chain's."""

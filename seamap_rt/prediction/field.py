@@ -10,7 +10,7 @@ import finufft
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..io.text import InRows
+from ..io.text import TableMixin
 from .ensemble import Member
 from .knowledge import Knowledge, ModelError, height_of
 from .phasors import phasors
@@ -32,7 +32,7 @@ Envelope = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, repr=False)
-class WaveField(InRows):
+class WaveField(TableMixin):
     """Free waves that fit what was seen, and how well.
 
     issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far

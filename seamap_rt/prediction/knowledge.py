@@ -101,7 +101,7 @@ def _blocks(table: Field) -> Field:
 
 
 @dataclass(frozen=True)
-class Glimpse:
+class BatchCoverage:
     """Where one batch of observations saw the sea, on squares (east, north) of a grid: information 1/m⁴, and the mean
     variances (3, east, north) [m²] of the blur of what was seen."""
 
@@ -116,7 +116,7 @@ class Knowledge:
 
     groups: Groups
     lattices: tuple[Lattice, ...]
-    glimpses: tuple[Glimpse, ...]
+    glimpses: tuple[BatchCoverage, ...]
     corner: tuple[float, float]  # m, of the grid's first square's middle
     side: float  # m, of a square
     centre: tuple[float, float]  # m
@@ -150,7 +150,7 @@ class Knowledge:
                 ]
             )
             glimpses.append(
-                Glimpse(
+                BatchCoverage(
                     float(batch.seen.time.mean()),
                     (spread[0] / side**2).astype(np.float32),
                     (spread[1:] / np.maximum(spread[0], 1e-12)).astype(np.float32),

@@ -182,7 +182,7 @@ class Box:
             vertical * mean, -1j * met.starboard * slope / rolling, 1j * met.ahead * _lever(along) * vertical
         )
 
-    def _roll_damping(self, met: Met) -> Real:
+    def _roll_damping(self, met: EncounterWaves) -> Real:
         """Over the stiffness [s]: the paper's fit of a section's damping, and what the user adds."""
         ratio = np.clip(self.beam_m / self.draught_m, _SLENDER, _FLAT)
         if ratio >= _NARROW:
@@ -197,7 +197,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Met:
+class EncounterWaves:
     """Waves as a boat meets them; encounters by speed too."""
 
     k: Real  # rad/m
@@ -216,7 +216,9 @@ class Met:
         return Responses(*(np.broadcast_to(each, self.encounter.shape).astype(np.complex128) for each in motions))
 
 
-def meeting(kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf) -> Met:
+def meeting(
+    kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
+) -> EncounterWaves:
     """How a boat meets waves: see `Vessel.response`."""
     for name, value in (("heading_deg", heading_deg), ("speed_m_s", speed_m_s)):
         if not np.isfinite(value).all():
@@ -225,10 +227,10 @@ def meeting(kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s
     bow_east, bow_north = unit_from_azimuth(heading_deg)
     k, ahead = np.hypot(east, north), east * bow_east + north * bow_north
     sigma = angular_frequency(k, depth_m, surface_tension=0.0)
-    return Met(k, ahead, east * bow_north - north * bow_east, sigma, omega - np.asarray(speed_m_s) * ahead)
+    return EncounterWaves(k, ahead, east * bow_north - north * bow_east, sigma, omega - np.asarray(speed_m_s) * ahead)
 
 
-def _relative(met: Met, draught_m: float, added_m: float, damping: Real, depth_m: float) -> Complex:
+def _relative(met: EncounterWaves, draught_m: float, added_m: float, damping: Real, depth_m: float) -> Complex:
     """Heave over the mean wave: the water moves stiffness, added mass and damping, the boat these and its own mass.
 
     added_m: m of water that weigh as the added mass. damping: times frequency, over the stiffness, at the encounter.
@@ -266,4 +268,4 @@ def _check_sizes(**sizes: float) -> None:
             raise ValueError(f"{name} = {size:g}: must be finite and above 0; give it in {unit}")
 
 
-__all__ = ["Box", "Disc", "Follower", "Met", "Responses", "Vessel", "meeting"]
+__all__ = ["Box", "Disc", "EncounterWaves", "Follower", "Responses", "Vessel", "meeting"]

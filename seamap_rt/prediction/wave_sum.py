@@ -240,7 +240,7 @@ class _Part:
 
 
 @dataclass(frozen=True)
-class _Few:
+class _PlaceSum:
     """One lattice's waves at a few places: each wave's share written out."""
 
     lattice: int
@@ -277,7 +277,7 @@ class WaveSum:
         first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
         self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
         self.blur = seen.blur
-        self._parts: list[_Part | _Few] = []
+        self._parts: list[_Part | _PlaceSum] = []
         near = min(lattice.radius for lattice in lattices)
         close = np.hypot(seen.x - centre[0], seen.y - centre[1]) < near
         for kind in np.unique(seen.kind):
@@ -302,17 +302,17 @@ class WaveSum:
         made = copy(self)
         made._parts = [
             self._few(part.lattice, part.members, x, y)
-            if isinstance(part, _Few)
+            if isinstance(part, _PlaceSum)
             else self._part(part.lattice, part.members, part.terms, x, y)
             for part in self._parts
         ]
         return made
 
-    def _few(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _Few:
+    def _few(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _PlaceSum:
         lattice, seen = self._lattices[number], self._seen[members]
         factor = lattice.factor(str(seen.kind[0]), self.water)
         shares = self._shares(lattice, factor, seen, x[members], y[members])
-        return _Few(number, members, lattice.scale > 0.0, shares)
+        return _PlaceSum(number, members, lattice.scale > 0.0, shares)
 
     def _shares(
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..compute.machine import free_memory
 from ..conventions import unit_from_azimuth
 from ..dataset import build
-from ..errors import InputError, LargerThanMachine, report_partial_results
+from ..errors import InputError, MachineLimitError, report_partial_results
 from ..io.appendable import AppendableNetCDF
 from ..io.opening import read_npz
 from ..io.process import Progress, duration, silent, uninterrupted
@@ -243,7 +243,7 @@ def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Fra
     linear = scene.model_copy(update={"sea": scene.sea.model_copy(update={"model": "linear"})})
     plan = Plan(scene.sea, run_sea(linear), order, spacing)
     if plan.memory > free_memory():
-        raise LargerThanMachine(
+        raise MachineLimitError(
             f"--spacing = {plan.spacing:.4g}: order {order} takes {plan.memory / 1e9:.3g} GB of memory, and "
             f"{free_memory() / 1e9:.3g} GB are free; raise --spacing, or lower --order or sea.extent_m"
         )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, LargerThanMachine
+from ..errors import InputError, MachineLimitError
 from ..io.text import number_list
 from ..scene import Scene
 from ..sea import resolution
@@ -66,7 +66,7 @@ def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.
     in the file that is made of them. name: of the file."""
     needed, free = _BYTES_ON_FILE * times * points**2, shutil.disk_usage(folder).free
     if needed > min(_MOST_FILE_BYTES, free / 2.0):
-        raise (InputError if needed > _MOST_FILE_BYTES else LargerThanMachine)(
+        raise (InputError if needed > _MOST_FILE_BYTES else MachineLimitError)(
             f"{name}: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
             f"{_MOST_FILE_BYTES / 1e9:g} (half of the {free / 1e9:.3g} that are free); ask for fewer --times or a "
             "wider --spacing"

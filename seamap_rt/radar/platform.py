@@ -39,7 +39,7 @@ class BoatState:
     attitude: NDArray[np.float64]  # (n, 3) deg roll pitch yaw; yaw is the heading, and does not jump at 360°
 
 
-class Rideable(Protocol):
+class SurfaceWaves(Protocol):
     """Waves that a boat can follow; current: m/s east, north."""
 
     @property
@@ -52,7 +52,7 @@ BoatMotion = Callable[[ArrayLike], BoatState]
 """The boat at times (n,) s."""
 
 
-def boat_motion(platform: PlatformSettings, sea: Rideable | None = None) -> BoatMotion:
+def boat_motion(platform: PlatformSettings, sea: SurfaceWaves | None = None) -> BoatMotion:
     """The motion that the settings ask for; `wave_following` needs the sea that the radar sees.
 
     Any time may be given, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
@@ -107,7 +107,7 @@ def _sinusoidal(platform: PlatformSettings) -> BoatMotion:
     return motion
 
 
-def _wave_following(platform: PlatformSettings, sea: Rideable) -> BoatMotion:
+def _wave_following(platform: PlatformSettings, sea: SurfaceWaves) -> BoatMotion:
     """The deck lies along the plane that fits the waves best within the waterline, list and trim added to its angles.
 
     The middle of the waterline is the point about which the boat turns. On a current the boat's speed is still that

@@ -177,7 +177,7 @@ class RangeResponse:
 
 
 @dataclass(frozen=True)
-class _Compressed:
+class _CompressedPulse:
     """What compression makes of a chirp and of noise, as functions of a delay [s], and the matched filter's scale."""
 
     response: Callable[[ArrayLike], NDArray[np.float64]]
@@ -186,7 +186,7 @@ class _Compressed:
 
 
 @lru_cache(maxsize=16)
-def _compressed(response: RangeResponse) -> _Compressed:
+def _compressed(response: RangeResponse) -> _CompressedPulse:
     """Transforms of H |S|² W and of |H S W|²: sums over a comb of frequencies, exact but for echoes a period apart."""
     width, bandwidth, swept = response.pulse_width_s, response.bandwidth_hz, response.chirp_bandwidth_hz
     # The noise's correlation reaches twice as far beyond T as the response, 6/Bc; at 3/B the filter's has vanished.
@@ -206,7 +206,7 @@ def _compressed(response: RangeResponse) -> _Compressed:
         spline = scipy.interpolate.CubicSpline(delay, values, bc_type="clamped")
         return lambda time: np.where(np.abs(time) < delay[-1], spline(np.minimum(np.abs(time), delay[-1])), 0.0)
 
-    return _Compressed(even(scale * echo), even(noise / density), scale)
+    return _CompressedPulse(even(scale * echo), even(noise / density), scale)
 
 
 def sample_spacing_m(rate_hz: float) -> float:

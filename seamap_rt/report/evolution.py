@@ -33,7 +33,7 @@ _BESIDE = 0.52, 0.3, 0.1  # inches left of the first panel, between panels, righ
 _ABOVE, _BELOW = 0.44, 0.92  # inches, the colour bar's included
 
 
-class Film(NamedTuple):
+class Animation(NamedTuple):
     """An animation and what it shows."""
 
     data: bytes
@@ -42,7 +42,7 @@ class Film(NamedTuple):
 
 
 @style.styled
-def animation(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, most_bytes: int = MOST_BYTES) -> Film:
+def animation(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, most_bytes: int = MOST_BYTES) -> Animation:
     """True and retrieved height side by side, turn by turn, as a GIF of at most so many bytes: smaller, then with
     fewer turns, until it fits. Memory holds one turn's maps and the frames."""
     turns = maps["ground"].sizes["turn"]
@@ -53,7 +53,7 @@ def animation(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, most_bytes: i
         chosen = range(0, turns, every)
         data = gif(list(_frames(scene, maps, truth, stage, chosen, width)), [round(1e3 * wait)] * len(chosen), _COLOURS)
         if len(data) <= most_bytes or (width == _PIXELS[1] and len(chosen) < 2):
-            return Film(data, len(chosen), scene.turn_duration_s * every / wait)
+            return Animation(data, len(chosen), scene.turn_duration_s * every / wait)
         if width > _PIXELS[1]:
             width = max(_PIXELS[1], int(0.95 * width * np.sqrt(most_bytes / len(data))))
         else:

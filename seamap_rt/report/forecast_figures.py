@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..conventions import turn_name
-from ..forecast_errors import Verified, prediction_time, warm
+from ..forecast_errors import VerifiedForecasts, prediction_time, warm
 from ..scene import Scene
 from ..window_errors import Class, Windows, area, hits_and_alarms, reliability
 from . import reduce, style
@@ -31,7 +31,7 @@ _MOST_FRAMES, _FRAME_MS, _PIXELS, _COLOURS = 60, 400, 760, 64
 _HALF_KNOWN = np.sqrt(0.5)  # of σ
 
 
-def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None) -> list[Picture]:
+def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: VerifiedForecasts | None) -> list[Picture]:
     """The field's maps, the forecasts in lead and time, and how they ran ahead; none of a run that did not forecast."""
     if verified is None:
         return []
@@ -68,7 +68,7 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
     return made
 
 
-def _error_words(verified: Verified, lead_s: float) -> tuple[str, str]:
+def _error_words(verified: VerifiedForecasts, lead_s: float) -> tuple[str, str]:
     """What stands for `forecast_errors`, and under it."""
     return (
         "Error of forecasts at the boat against their lead beside the stated error, persistence and climatology; their "
@@ -80,7 +80,7 @@ def _error_words(verified: Verified, lead_s: float) -> tuple[str, str]:
     )
 
 
-def verified_picture(verified: Verified, lead_s: float, issue: int | None) -> Picture:
+def verified_picture(verified: VerifiedForecasts, lead_s: float, issue: int | None) -> Picture:
     """How past forecasts came out. lead_s: of those that are drawn in time; issue: the place of the marked one."""
     words = _error_words(verified, lead_s)
     title = "What was forecast, and what came"
@@ -151,7 +151,7 @@ def _boat(scene: Scene, maps: xr.DataTree) -> tuple[float, float]:
     return x, y
 
 
-def by_lead(verified: Verified) -> dict[str, Array]:
+def by_lead(verified: VerifiedForecasts) -> dict[str, Array]:
     """(lead,) of the forecasts at the first place that are judged: rms of the error (`found`), of what was stated
     (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
     `correlation` with it. NaN where not defined."""
@@ -180,7 +180,7 @@ def _correlation(a: Array, b: Array) -> Array:
 
 
 @style.styled
-def forecast_errors(verified: Verified, lead_s: float = _LEAD_S, issue: int | None = None) -> Figure:
+def forecast_errors(verified: VerifiedForecasts, lead_s: float = _LEAD_S, issue: int | None = None) -> Figure:
     """Errors and correlation by lead, and the sea at the first place in time with its forecasts of a lead before.
 
     issue: the place of a forecast that is marked.
@@ -210,7 +210,7 @@ def _mark_end(axes: Axes, longest_s: float | None) -> None:
         style.upright(axes, longest_s, f"{longest_s:.0f} s ", style.ORANGE, "-.", ha="right")
 
 
-def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | None) -> None:
+def _draw_in_time(axes: Axes, verified: VerifiedForecasts, lead_s: float, issue: int | None) -> None:
     forecasts = verified.forecasts.isel(place=0)
     lead = forecasts["lead"].values
     number = int(np.argmin(np.abs(lead - lead_s)))
@@ -235,7 +235,7 @@ def _draw_forecast(axes: Axes, time: Array, mean: Array, std: Array, label: str,
 
 
 @dataclass(frozen=True)
-class Ahead:
+class BoatForecast:
     """One forecast at the boat. Arrays (lead,): lead [s], elevation and its standard error [m], chance that a quiet
     window begins, NaN where none is forecast. limits: what a window stays below, in words; empty where none is asked
     for."""
@@ -262,7 +262,7 @@ class Ahead:
         return bool(np.isfinite(self.chance).any())
 
 
-def ahead_picture(ahead: Ahead, came: Array | None = None, quiet: Array | None = None) -> Picture:
+def ahead_picture(ahead: BoatForecast, came: Array | None = None, quiet: Array | None = None) -> Picture:
     """One forecast; see `next_seconds`."""
     alt = f"Height at the boat in the {ahead.lead_s[-1]:.0f} s after {turn_name(ahead.issue)}, as forecast"
     caption = (
@@ -279,7 +279,7 @@ def ahead_picture(ahead: Ahead, came: Array | None = None, quiet: Array | None =
 
 
 @style.styled
-def next_seconds(ahead: Ahead, came: Array | None = None, quiet: Array | None = None) -> Figure:
+def next_seconds(ahead: BoatForecast, came: Array | None = None, quiet: Array | None = None) -> Figure:
     """One forecast at the boat, and the chances of quiet windows by when they begin.
 
     came: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where nobody knows.
@@ -323,7 +323,7 @@ def next_seconds(ahead: Ahead, came: Array | None = None, quiet: Array | None = 
     return figure
 
 
-def sea_that_came(verified: Verified) -> tuple[Array, Array]:
+def sea_that_came(verified: VerifiedForecasts) -> tuple[Array, Array]:
     """True heights at the first place by time, of all forecasts together; of a moving boat as the last one that looked
     at a moment has it."""
     forecasts = verified.forecasts
@@ -333,12 +333,12 @@ def sea_that_came(verified: Verified) -> tuple[Array, Array]:
 
 
 @style.styled
-def forecast_ahead(verified: Verified) -> bytes:
+def forecast_ahead(verified: VerifiedForecasts) -> bytes:
     """A GIF: about the moment of each forecast, the sea at the first place and what is forecast of it."""
     return gif(frames := list(_frames(verified)), [_FRAME_MS] * len(frames), _COLOURS)
 
 
-def _frames(verified: Verified) -> Iterator[Image.Image]:
+def _frames(verified: VerifiedForecasts) -> Iterator[Image.Image]:
     forecasts = verified.forecasts.isel(place=0)
     lead, issued = forecasts["lead"].values, forecasts["issued"].values
     time, truth = sea_that_came(verified)

@@ -24,7 +24,7 @@ from ..scattering import MEAN_MODELS, mean_level, sea_state_from_wind
 from ..scattering.bragg import bragg_speed
 from ..scattering.mean_models import models_spread_db, wind_contrast_db
 from ..scene import Scene
-from ..sea import Resolved
+from ..sea import ResolvedSea
 from ..settings import PlatformSettings
 from .modelled import (
     BENT,
@@ -57,12 +57,12 @@ _IMAGES = "mean square of the spline's images (Unser 1999)"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
 
 
-def modelled(scene: Scene, resolved: Resolved) -> list[Row]:
+def modelled(scene: Scene, resolved: ResolvedSea) -> list[Row]:
     """Rows of what was modelled, how, and the error of leaving it out: what, why, error, value, unit, source."""
     return _finite(Case(scene, resolved), GROUPS)
 
 
-def left_out(scene: Scene, resolved: Resolved) -> list[Row]:
+def left_out(scene: Scene, resolved: ResolvedSea) -> list[Row]:
     """Rows of what was not, why or by which key it would be, and the error that this costs; keys as of `modelled`."""
     return _finite(Case(scene, resolved), _LEFT_OUT)
 

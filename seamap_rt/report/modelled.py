@@ -27,7 +27,7 @@ from ..scattering.composite import FrontFacets, front_facets
 from ..scattering.sea_spikes import sea_spikes
 from ..scattering.texture import Texture
 from ..scene import Scene
-from ..sea import Resolved, ResolvedWaves
+from ..sea import ResolvedSea, ResolvedWaves
 from ..settings import PlatformSettings, RadarSettings, ScatteringSettings
 
 Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, unit, source
@@ -110,7 +110,7 @@ class Case:
     """A scene, its resolved sea, and what several rows need of both. Errors are stated in the window's middle."""
 
     scene: Scene
-    resolved: Resolved
+    resolved: ResolvedSea
 
     @property
     def radar(self) -> RadarSettings:

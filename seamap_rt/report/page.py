@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..conventions import turn_name
-from ..forecast_errors import Verified
+from ..forecast_errors import VerifiedForecasts
 from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
@@ -48,7 +48,7 @@ def write_report(
     metrics: Mapping[str, Any],
     echoes: xr.Dataset,
     gauges: xr.Dataset | None = None,
-    verified: Verified | None = None,
+    verified: VerifiedForecasts | None = None,
     windows: Windows | None = None,
 ) -> Path:
     """Draw the figures into `directory` and write report.html there, which needs no other file; its path.
@@ -217,7 +217,7 @@ def pictures(
     metrics: Mapping[str, Any],
     echoes: xr.Dataset,
     gauges: xr.Dataset | None = None,
-    verified: Verified | None = None,
+    verified: VerifiedForecasts | None = None,
     windows: Windows | None = None,
 ) -> list[Picture]:
     """The figures of the page, in order, with what is to be said of each. Nothing is drawn yet but the animation."""

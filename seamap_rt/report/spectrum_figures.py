@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..scene import Scene
-from ..sea import Resolved
+from ..sea import ResolvedSea
 from . import reduce, style
 from .page_elements import Picture
 from .reduce import Array
@@ -53,7 +53,7 @@ def _systems(scene: Scene, spectrum: xr.Dataset) -> list[_System]:
 
 
 @style.styled
-def directional_spectrum(scene: Scene, spectrum: xr.Dataset, resolved: Resolved) -> Figure:
+def directional_spectrum(scene: Scene, spectrum: xr.Dataset, resolved: ResolvedSea) -> Figure:
     """The directional spectrum over the compass, and the spectrum of each system over frequency.
 
     spectrum: the schema's `sea/spectrum`, with its attribute `resolved_up_to_hz`.

@@ -27,7 +27,7 @@ from seamap_rt.scattering.breaking import (
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tilted_bragg import Mirror, TiltedBragg, mirror, tilted_bragg
-from seamap_rt.sea import Resolved
+from seamap_rt.sea import ResolvedSea
 from seamap_rt.settings import ScatteringSettings
 
 _SLOPES = np.linspace(-4.0, 4.0, 41)  # standard deviations
@@ -115,7 +115,9 @@ class FrontFacets(NamedTuple):
         return -float(db(1.0 - np.sum(self.weight * self.breaking) / np.sum(self.weight * self.level)))
 
 
-def front_facets(settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved) -> FrontFacets:
+def front_facets(
+    settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: ResolvedSea
+) -> FrontFacets:
     """Facets under a grazing angle [rad] by `nrcs_composite`, over Gaussian slopes and all directions of the wind.
 
     resolved: the sea that the mesh carries; its slopes lean the facets, its strain gathers no waves.

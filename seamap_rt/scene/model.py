@@ -20,7 +20,7 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError, must_be
 from ..io import scenefile
-from ..io.text import InRows, number_text
+from ..io.text import TableMixin, number_text
 from ..io.validation import Key, validate, without
 from ..settings import (
     GaugeSettings,
@@ -76,7 +76,7 @@ def _file_name(name: str) -> str:
     return name
 
 
-class Scene(InRows, Section):
+class Scene(TableMixin, Section):
     """All that a run depends on."""
 
     name: Annotated[str, AfterValidator(_file_name), Meaning(pattern=f"^{_NAME}$")]

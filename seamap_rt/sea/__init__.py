@@ -48,7 +48,7 @@ from ..lazy import lazy_attributes
 if TYPE_CHECKING:
     from ..physics import dispersion
     from . import spectra, spreading
-    from .facts import Resolved, ResolvedWaves
+    from .facts import ResolvedSea, ResolvedWaves
     from .realisation import realize, resolution
     from .surface import Sea
     from .systems import WaveFacts, directional_density, spectral_system, wave_facts
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Components",
-    "Resolved",
+    "ResolvedSea",
     "ResolvedWaves",
     "Sea",
     "SurfaceState",
@@ -77,7 +77,7 @@ __getattr__ = lazy_attributes(
     {
         ".": "spectra spreading",
         "..physics.": "dispersion",
-        "facts": "Resolved ResolvedWaves",
+        "facts": "ResolvedSea ResolvedWaves",
         "realisation": "realize resolution",
         "surface": "Sea",
         "systems": "WaveFacts directional_density spectral_system wave_facts",

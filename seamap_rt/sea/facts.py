@@ -36,12 +36,14 @@ class ChoppyFacts:
     set_down: float  # m, by which the mean level would have sunk, put back
     folded_share: float  # of the water, det(I + ∇D) ≤ 0: crests that break over; a fifth or so of it in ground covered
     elevation_std: float  # m, over the ground
-    skewness: float  # of the elevation over the ground; 0 in expectation at this order, see `Resolved.skewness_stokes`
+    skewness: (
+        float  # of the elevation over the ground; 0 in expectation at this order, see `ResolvedSea.skewness_stokes`
+    )
     mean_square_slope: float  # over the ground, but for what is about to fold (det < 0.1), where it has no bound
 
 
 @dataclass(frozen=True)
-class Resolved:
+class ResolvedSea:
     """The resolved part of the sea: expectations over realisations. Shorter waves belong to the scattering model."""
 
     resolution_m: float  # spacing of the resolved waves' grid
@@ -97,11 +99,11 @@ def resolved_facts(
     *,
     scale: float = 1.0,
     carried: float = 1.0,
-) -> Resolved:
+) -> ResolvedSea:
     """Expectations of the whole sea. A regular wave is resolved whatever its length: it is a closed form.
 
     scale: by which a choppy sea's random waves were enlarged; the facts are those of the sea as set.
-    carried: see `Resolved.carried_share`.
+    carried: see `ResolvedSea.carried_share`.
     """
     limit = np.pi / resolution
     waves = [train for train in trains if isinstance(train, RegularTrain)]
@@ -116,7 +118,7 @@ def resolved_facts(
     steps = [train.field.time_step for train in trains if isinstance(train, PlaneTrain | LineTrain)]
     peak, is_regular = _main_peak(waves, systems)
     deviation = float(np.sqrt(variance))
-    return Resolved(
+    return ResolvedSea(
         resolution_m=resolution,
         wavenumber_limit=limit,
         variance=variance,
@@ -175,7 +177,7 @@ def _main_peak(regular: Sequence[RegularTrain], systems: Sequence[SpectralSystem
     return max(candidates, default=(0.0, 0.0, False))[1:]
 
 
-def spectrum_dataset(trains: Sequence[WaveTrain], resolved: Resolved) -> xr.Dataset:
+def spectrum_dataset(trains: Sequence[WaveTrain], resolved: ResolvedSea) -> xr.Dataset:
     """The expected spectrum of every train, labelled; waves travel along +k. attrs: the resolved facts. A choppy sea's
     is the one that was asked for, before its waves were enlarged.
 

@@ -32,7 +32,7 @@ class Strip:
         return slice(start, start + self.count) if start + self.count <= other.count else None
 
 
-class KeptKnots(OrderedDict[Knot, tuple[Strip, Any]]):
+class KnotCache(OrderedDict[Knot, tuple[Strip, Any]]):
     """By knot its strip and the coefficients of that strip's rows, what the latest calls used, those used last at the
     end; for several threads."""
 

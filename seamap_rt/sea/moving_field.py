@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..compute.machine import threads
 from .fields import DERIVATIVES, Kind, Sums, Term, per_elevation, sums_of
-from .knots import KeptKnots, Knot, Strip
+from .knots import Knot, KnotCache, Strip
 from .lattice import Lattice
 from .spline import (
     TIME_ORDER,
@@ -80,7 +80,7 @@ class MovingField:
 
     def _keep_nothing(self) -> None:
         """Before the first call."""
-        self._cache = KeptKnots()
+        self._cache = KnotCache()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .choppy import ChoppySurface
-from .facts import Resolved, spectrum_dataset
+from .facts import ResolvedSea, spectrum_dataset
 from .wave_trains import Components, LinearSurface, Quantity, WaveTrain
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Sea:
 
     trains: Sequence[WaveTrain]
     surface: LinearSurface | ChoppySurface
-    resolved: Resolved
+    resolved: ResolvedSea
     current: tuple[float, float] = (0.0, 0.0)  # m/s east, north. Waves ride on it: the whole surface is carried along
     ends_s: float = np.inf  # after which nothing is known of it
     patch: Patch | None = None  # beyond which it is continued, and not known; None: it is everywhere

@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.process import Pace, Progress, silent, uninterrupted
+from ..io.process import Progress, ProgressEstimate, silent, uninterrupted
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 
@@ -110,7 +110,7 @@ def iterate(
     requested and cannot be traced.
     """
     simulator = simulator or Simulator(as_scene(scene))
-    pace = Pace("turn", simulator.scene.turns, progress or silent)
+    pace = ProgressEstimate("turn", simulator.scene.turns, progress or silent)
     numbers = range(simulator.scene.turns)
     if ahead and retrieved and len(numbers) > 1:
         yield from _ahead(simulator, pace)
@@ -121,7 +121,7 @@ def iterate(
         yield _finished(turn, _retrieved(simulator, turn, pace.stage) if retrieved else None)
 
 
-def _ahead(simulator: Simulator, pace: Pace) -> Iterator[FinishedTurn]:
+def _ahead(simulator: Simulator, pace: ProgressEstimate) -> Iterator[FinishedTurn]:
     """Each turn is retrieved by a thread beside the simulation of the next.
 
     The main thread simulates, and signals reach it at once; a turn that then is whole is yielded before the error goes

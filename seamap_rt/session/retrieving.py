@@ -23,7 +23,7 @@ _JUDGED = 2  # turns: by the second the waves have moved on
 _POLL_S = 1.0
 
 
-class Retrieved(NamedTuple):
+class RetrievalResult(NamedTuple):
     """What a retrieval found; the maps are in their file."""
 
     maps: Path
@@ -48,7 +48,7 @@ def retrieve_into(
     wind_from_deg: float | None = None,
     even_if_wrong: bool = False,
     on_turn: Callable[[Turn], None] = lambda _: None,
-) -> Retrieved:
+) -> RetrievalResult:
     """Write maps.nc into a folder turn by turn.
 
     opened: opens the echoes; again for as long as they grow. settings: as of `retrieve`. products: files of an earlier
@@ -73,7 +73,7 @@ def retrieve_into(
     if count > len(first):
         with xr.open_datatree(folder / MAPS) as maps:
             findings = inspect(echoes, maps.load(), settings, wind_from_deg)
-    return Retrieved(folder / MAPS, findings, echoes)
+    return RetrievalResult(folder / MAPS, findings, echoes)
 
 
 def turns_as_they_come(

@@ -21,14 +21,14 @@ from ..io.echo_store import EchoStore
 from ..io.polar_images import write_polar_image
 from ..io.process import Progress
 from ..io.results_folder import clear_folder, growing, results_folder
-from ..io.text import InRows
+from ..io.text import TableMixin
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import FinishedTurn, Sink, deliver, iterate
 
 
-class _Appendable(AbstractContextManager[Any], Protocol):
+class _AppendableFile(AbstractContextManager[Any], Protocol):
     """A file that grows by whole turns, or a stand-in for one."""
 
     def append(self, data: Any, /) -> None: ...
@@ -39,7 +39,7 @@ class _Appendable(AbstractContextManager[Any], Protocol):
 class FileSink(Sink):
     """Appends what `select` picks of each turn to a file, such as an EchoStore or an AppendableNetCDF."""
 
-    def __init__(self, file: _Appendable, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
+    def __init__(self, file: _AppendableFile, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
         self.stage = stage
         self._file, self._select = file, select
 
@@ -142,7 +142,7 @@ PRODUCTS = ("echoes.zarr", "truth.nc", IMAGES)
 
 
 @dataclass(frozen=True, repr=False)
-class Simulation(InRows):
+class Simulation(TableMixin):
     """Echoes and truth of a whole run, and what is known of how it was made.
 
     echoes: schema `echoes`. truth: groups `polar` and `ground` (schemas `truth/…`). timing: seconds by stage, turn by

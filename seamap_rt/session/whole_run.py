@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..compute.machine import peak_memory
 from ..errors import is_interruption, must_be
-from ..forecast_errors import Verified, came, judge_forecasts
+from ..forecast_errors import VerifiedForecasts, came, judge_forecasts
 from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
@@ -80,13 +80,13 @@ class ForecastSink:
             self._issued.pop()
             self._file.take_back()
 
-    def verified(self) -> Verified | None:
+    def verified(self) -> VerifiedForecasts | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
         judged = self._judged()
         if self._last is None or not judged:
             return None
         truth = np.concatenate([came(self._simulator.sea.judge, made) for made in judged])
-        return Verified(_together(judged), truth, self._field(*self._last))
+        return VerifiedForecasts(_together(judged), truth, self._field(*self._last))
 
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""

@@ -70,7 +70,7 @@ def shares(workers: int) -> dict[int, list[int]]:
     return {number: mine[number::workers] or [mine[number % len(mine)]] for number in range(workers)}
 
 
-class OwnCores(WorkerPlugin):
+class CoreAffinity(WorkerPlugin):
     """Keeps a local worker to its cores where the system can, and leaves Ctrl-C to the client."""
 
     def __init__(self, by_worker: dict[int, list[int]]) -> None:
@@ -94,7 +94,7 @@ def local_client(workers: int) -> Iterator[Client]:
             _local_cluster(workers, scratch) as cluster,
             Client(cluster, set_as_default=False) as client,
         ):
-            client.register_plugin(OwnCores(shares(workers)))
+            client.register_plugin(CoreAffinity(shares(workers)))
             yield client
 
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, report_partial_results
-from ..io.process import Pace, Progress, silent, uninterrupted
+from ..io.process import Progress, ProgressEstimate, silent, uninterrupted
 from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
@@ -64,7 +64,7 @@ def shadowing(
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
     say = progress or silent
-    pace = Pace("seed", seeds, say)
+    pace = ProgressEstimate("seed", seeds, say)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
     result = [MastView() for _ in scenes]

@@ -77,7 +77,7 @@ def _fill_slice(
     in_blocks(lambda *block: _fill_lowest(*block, *ends, wedge, margin, lowest), antennas.shape[0])
     height = mesh.elevation[lines] - grid.pose.origin[lines, 2:]
     sheet = _Sheet(ranges, height, rays.facing[own], rays.facing_away[own], lowest)
-    passing = _Passing(least, most, wedge, margin, reach.start, reach.straying)
+    passing = _PassingRays(least, most, wedge, margin, reach.start, reach.straying)
     in_blocks(lambda *block: _fill_hiding(*block, sheet, passing, hiding), antennas.shape[0])
 
 
@@ -134,7 +134,7 @@ class _Sheet(NamedTuple):
     lowest: NDArray[np.float32]  # (antenna, column, rung) of `_fill_lowest`
 
 
-class _Passing(NamedTuple):
+class _PassingRays(NamedTuple):
     """The rays that may pass a column."""
 
     least: NDArray[np.float64]  # (column, antenna, 2) m, of their antennas' places along the column and up

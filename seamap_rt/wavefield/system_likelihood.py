@@ -133,7 +133,7 @@ class _Posterior:
         peaks = self.peaks[k >= LONGEST * self.long.split]
         return [WaveSystem(1.0, float(f), float(to), _BROAD) for to in self.long.toward[::3] for f in peaks]
 
-    def _further(self, found: WaveSystems) -> _Further:
+    def _further(self, found: WaveSystems) -> _AddedSystems:
         """What one system more would add to what was found."""
         values = _values(found)
         _, gradient, information = self._evaluate(values, further=self._tried)
@@ -143,7 +143,7 @@ class _Posterior:
         slope = gradient[count:] - given_way.T @ gradient[:count]
         bend = np.diag(information)[count:] - np.sum(cross * given_way, axis=0)
         bend = np.maximum(bend, 1e-6 * np.diag(information)[count:])
-        return _Further(
+        return _AddedSystems(
             values, self._tried, np.asarray(given_way, np.float64), slope, bend, self._velocity_penalties(self._tried)
         )
 
@@ -295,7 +295,7 @@ class _Posterior:
 
 
 @dataclass(frozen=True)
-class _Further:
+class _AddedSystems:
     """Systems that were tried beside others of such values. Near the maximum the likelihood is a parabola in the
     further variance, of that slope and bend, along which the values give way (value, system) per m²; arrays (system,).
     penalty: of log-likelihood, whatever the variance."""

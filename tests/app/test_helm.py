@@ -7,13 +7,13 @@ import pytest
 import xarray as xr
 
 from seamap_rt.app.waves_view import advice_polar, quiet_words, wave_words
-from seamap_rt.report.forecast_figures import Ahead
+from seamap_rt.report.forecast_figures import BoatForecast
 
 
-def ahead(chance: list[float]) -> Ahead:
+def ahead(chance: list[float]) -> BoatForecast:
     lead = np.arange(float(len(chance)))
     height = np.where(lead == 2.0, 1.5, 0.0)
-    return Ahead(4, lead, height, np.full(lead.size, 0.25), np.array(chance), "roll below 5 °", None, 2.0, 0.9)
+    return BoatForecast(4, lead, height, np.full(lead.size, 0.25), np.array(chance), "roll below 5 °", None, 2.0, 0.9)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from seamap_rt.cli import Stops
 from seamap_rt.cli.application import NO_RESOURCE, answer
 from seamap_rt.cli.shell import app
 from seamap_rt.compute import machine
-from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, say_of, shortage
+from seamap_rt.errors import InputError, MachineLimitError, ResourceError, say_of, shortage
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.io.opening import check_declared_size
 from seamap_rt.scene import load_scene
@@ -86,7 +86,7 @@ def test_what_the_machine_does_not_hold_is_told_as_it_is(
     wrapped: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In its own words and by its own exit code, whoever has worded it anew."""
-    lack = LargerThanMachine("waves.nc: declares 9 TB of numbers: must fit into 8 GB of free memory; give fewer")
+    lack = MachineLimitError("waves.nc: declares 9 TB of numbers: must fit into 8 GB of free memory; give fewer")
     monkeypatch.setattr(
         "seamap_rt.cli.application.app", lambda *_, **__: _in_a_reader(lack) if wrapped else _raise(lack)
     )
@@ -105,17 +105,17 @@ def _raise(error: Exception) -> None:
 def test_readers_say_that_the_machine_lacks_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """All check by one function."""
     monkeypatch.setattr("seamap_rt.compute.machine.free_memory", lambda: 1e9)
-    with pytest.raises(LargerThanMachine, match="must fit into 800 MB"):
+    with pytest.raises(MachineLimitError, match="must fit into 800 MB"):
         check_declared_size("waves.nc", 1e9, 1e9)
 
 
 def test_a_reader_that_names_its_file_keeps_what_is_larger_than_the_machine() -> None:
     """The subject comes first, the type stays: on a larger machine the input may be right."""
     with (
-        pytest.raises(LargerThanMachine, match=r"^file 'a\.csv', declares 9 TB$"),
+        pytest.raises(MachineLimitError, match=r"^file 'a\.csv', declares 9 TB$"),
         say_of("file 'a.csv', ", kind=InputError),
     ):
-        raise LargerThanMachine("declares 9 TB")
+        raise MachineLimitError("declares 9 TB")
 
 
 def test_a_damaged_mesh_is_no_lack_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.prediction import Box, Follower, Hull, Spectrum, WaveField, advise, countdown, forecast, turn_windows
 from seamap_rt.prediction.advice import advise_on
-from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves, shares_of
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaPrediction, Transfers, Waves, shares_of
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.reconstruction import reconstruct
 from seamap_rt.settings import PredictionSettings
@@ -34,10 +34,10 @@ def unknown(envelopes: Envelope, lead: np.ndarray, transfers: Transfers) -> Expe
     return np.zeros(envelopes.shape[1:]), np.broadcast_to(power[..., None], envelopes.shape[1:])
 
 
-def sea_of(waves: Waves, amplitudes: np.ndarray, expect: Any) -> SeaAhead:
+def sea_of(waves: Waves, amplitudes: np.ndarray, expect: Any) -> SeaPrediction:
     """Waves that are their own groups and spectrum, all of one variance, SIGMA² together."""
     variance = np.full(waves.kx.size, SIGMA**2 / waves.kx.size)
-    return SeaAhead(waves, amplitudes[None], expect, waves, variance, np.arange(waves.kx.size), waves, variance)
+    return SeaPrediction(waves, amplitudes[None], expect, waves, variance, np.arange(waves.kx.size), waves, variance)
 
 
 def towards(azimuth_deg: float, omega: np.ndarray, depth_m: float = np.inf) -> Waves:
@@ -188,7 +188,7 @@ def field() -> WaveField:
 @pytest.mark.parametrize("speed", [0.0, 4.0])
 def test_a_course_is_as_the_forecast_has_it(field: WaveField, speed: float) -> None:
     """Waves of a thousandth of the power are left out, 0.03 σ rms; what is open is the elevation's share."""
-    sea, lead, course = SeaAhead.of(field), np.arange(0.0, 15.1, 0.25), Course(60.0, speed)
+    sea, lead, course = SeaPrediction.of(field), np.arange(0.0, 15.1, 0.25), Course(60.0, speed)
     mean, variance = sea.expected(lead, sea.transfers([course], shares_of(BOAT, Hull.of(BOAT), np.inf)))
     made = forecast(field, lead_s=lead, vessel=BOAT, heading_deg=60.0, speed_m_s=speed, draws=0)
     for number, name in enumerate(("heave", "roll", "pitch")):

@@ -17,7 +17,7 @@ from seamap_rt.prediction import Observations, Spectrum, reconstruct
 from seamap_rt.prediction.assimilation import Batch, Preconditioner, StrongestWaves, solve, weights
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
-from seamap_rt.prediction.knowledge import Glimpse, Groups, Knowledge
+from seamap_rt.prediction.knowledge import BatchCoverage, Groups, Knowledge
 from seamap_rt.prediction.observations import KINDS, of_turn
 from seamap_rt.prediction.spectrum import Lattice
 from seamap_rt.prediction.wave_sum import WaveSum
@@ -326,7 +326,9 @@ def test_what_stays_open_of_a_group_is_what_stays_open_of_its_wave(apart: float,
 
     information = np.full((80, 80), count / square**2 / noise**2, np.float32)
     area = np.array([blur**2, 0.0, blur**2], np.float32)
-    glimpses = tuple(Glimpse(t, information, np.broadcast_to(area[:, None, None], (3, 80, 80))) for t in (0.0, lapse))
+    glimpses = tuple(
+        BatchCoverage(t, information, np.broadcast_to(area[:, None, None], (3, 80, 80))) for t in (0.0, lapse)
+    )
     known = Knowledge(group, (lattice(spectrum, 41),), glimpses, (-400.0, -400.0), 10.0, (0.0, 0.0))
     found = known.open_share(np.zeros(1), np.zeros(1), np.array([lapse]), np.ones(1, bool))
     assert 0.02 < open_of < 0.98

@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.cli import main
 from seamap_rt.dataset import check
-from seamap_rt.errors import InputError, LargerThanMachine
+from seamap_rt.errors import InputError, MachineLimitError
 from seamap_rt.io.recorded_sea import recorded_sea as recorded_sea_file
 from seamap_rt.io.recovery import recover
 from seamap_rt.products import recorded_sea
@@ -249,7 +249,7 @@ def test_what_cannot_be_is_refused(options: dict[str, Any], words: str, tmp_path
 
 def test_too_little_memory_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recorded_sea, "free_memory", lambda: 1e5)
-    with pytest.raises(LargerThanMachine, match=r"GB of memory.*raise --spacing"):
+    with pytest.raises(MachineLimitError, match=r"GB of memory.*raise --spacing"):
         write(tmp_path)
 
 

@@ -21,7 +21,7 @@ from seamap_rt.report.modelled import Case
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea import Resolved, realize
+from seamap_rt.sea import ResolvedSea, realize
 from validation import ROOT
 from validation.analytic.diffraction import knife_edge
 
@@ -92,7 +92,7 @@ ONE_WAVE = {"sea.waves": [{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_
 NO_WAVES = {"sea.waves": [{"spectrum": "flat"}]}
 
 
-def small(**keys: Any) -> tuple[Scene, Resolved]:
+def small(**keys: Any) -> tuple[Scene, ResolvedSea]:
     """A small scene with other keys, and its sea."""
     scene = load_scene("tiny", SMALL | {key.replace("__", "."): value for key, value in keys.items()})
     return scene, realize(scene.sea, 1).resolved

@@ -11,13 +11,13 @@ import pytest
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea import Resolved, ResolvedWaves, realize
+from seamap_rt.sea import ResolvedSea, ResolvedWaves, realize
 
 SMALL = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
 ONE_WAVE = {"sea.waves": [{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 40.0, "wave_from_deg": 270.0}]}
 
 
-def small(**keys: Any) -> tuple[Scene, Resolved]:
+def small(**keys: Any) -> tuple[Scene, ResolvedSea]:
     """A small scene with other keys, and its sea."""
     scene = load_scene("tiny", SMALL | {key.replace("__", "."): value for key, value in keys.items()})
     return scene, realize(scene.sea, 1).resolved

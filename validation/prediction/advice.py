@@ -45,7 +45,7 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.physics.dispersion import DEEP_WATER
 from seamap_rt.prediction import Box, Predictor, Spectrum
 from seamap_rt.prediction.advice import advise_on, exceedances
-from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaAhead, Transfers, Waves
+from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaPrediction, Transfers, Waves
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.vessel import Vessel
 from seamap_rt.radar.platform import BoatState
@@ -199,17 +199,17 @@ class Known:
         chosen = order[np.searchsorted(np.cumsum(power[order]), steps)]
         return Waves(waves.kx[chosen], waves.ky[chosen], waves.omega[chosen]), float(power.sum()) / GROUPS
 
-    def ahead(self, x: float, y: float, moment: float) -> SeaAhead:
+    def ahead(self, x: float, y: float, moment: float) -> SeaPrediction:
         """From a place and time on."""
         band = band_of(self.sea.waves)
         inside = np.arange(len(ERRORS))[:, None] == band
         sets = np.concatenate([inside * each.here(x, y, moment) for each in (self.sea, self.errors)])
         few, variance = self.groups
         variances = np.full(GROUPS, variance)
-        return SeaAhead(self.sea.waves, sets, self.expect, few, variances, np.arange(GROUPS), few, variances)
+        return SeaPrediction(self.sea.waves, sets, self.expect, few, variances, np.arange(GROUPS), few, variances)
 
     def expect(self, envelopes: Envelope, lead: Field, transfers: Transfers) -> Expectation:
-        """See `SeaAhead`: the best guess by truth and error together."""
+        """See `SeaPrediction`: the best guess by truth and error together."""
         share, (few, variance) = self.share(lead), self.groups
         true, wrong = np.split(envelopes.real, 2)
         of_band = share[:, None, None]
@@ -225,7 +225,7 @@ class Task:
     bound: float
     limit: float
 
-    def order(self, ahead: SeaAhead, vessel: Vessel, now: Course, draws: int = DRAWS, sure: bool = True) -> Course:
+    def order(self, ahead: SeaPrediction, vessel: Vessel, now: Course, draws: int = DRAWS, sure: bool = True) -> Course:
         """What to steer: what is best, where that can be told from going on or need not be sure."""
         headings = (self.bound + np.linspace(-AWAY_DEG, AWAY_DEG, 5)) % 360.0
         task = {"mission": self.mission, "limits": {"roll": self.limit}, "hold": (*now, self.bound)}
@@ -350,7 +350,7 @@ class RadarRun:
             polar = sr.retrieve(echoes, self.scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0)
             wave_field = predictor.turn(polar)
             if wave_field is not None and number >= WARM and (number - WARM) % EACH_S == 0:
-                boat.ordered = task.order(SeaAhead.of(wave_field), self.vessel, boat.ordered)
+                boat.ordered = task.order(SeaPrediction.of(wave_field), self.vessel, boat.ordered)
             boat.run(number + 2.0 + DELAY_S)
         return boat
 
