@@ -6,7 +6,7 @@ Subpackages take these as arguments, so that no settings are resolved twice.
 from __future__ import annotations
 
 from .errors import InputError
-from .radar.array import as_it_looks
+from .radar.array import with_scanned_sector
 from .radar.installation import Installation
 from .radar.platform import BoatMotion, Sensors, boat_motion
 from .random_streams import Stream, branch
@@ -61,4 +61,6 @@ def installation_of(scene: Scene, sea: Sea | None = None, motion: BoatMotion | N
     if motion is None and sea is None and scene.platform.motion == "wave_following":
         sea = run_sea(scene)
     platform, motion = scene.platform, motion or boat_motion(scene.platform, sea)
-    return Installation(as_it_looks(scene.radar), platform, motion, Sensors(platform.sensors, motion, scene.seed))
+    return Installation(
+        with_scanned_sector(scene.radar), platform, motion, Sensors(platform.sensors, motion, scene.seed)
+    )

@@ -120,7 +120,7 @@ class Simulator:
         self.visible: VisibleShare | None = None  # of the first turn, once it is simulated
         self._refuse_if_under_water()
 
-    def has_sea_of(self, scene: Scene) -> bool:
+    def shares_sea_with(self, scene: Scene) -> bool:
         """Whether the scene's sea is this run's, waves and all."""
         return self._sea_key == sea_key(scene)
 

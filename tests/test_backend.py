@@ -34,7 +34,7 @@ def forbidden(*_):
     raise AssertionError("a warm start neither probes nor links")
 
 if "warm" in sys.argv:
-    libraries.try_out = libraries.link_wheel = forbidden
+    libraries.try_library = libraries.link_wheel = forbidden
 cache = Path(os.environ["XDG_CACHE_HOME"])
 untouched = "warm" in sys.argv or not any(cache.iterdir())
 chosen = backend.prepare()
@@ -89,11 +89,11 @@ def stand_in(works: Callable[[Path], bool]) -> tuple[list[Path], Callable[[Candi
     """A stand-in for the probe, and the list of what it was asked to try."""
     tried: list[Path] = []
 
-    def try_out(candidate: Candidate) -> Verdict:
+    def try_library(candidate: Candidate) -> Verdict:
         tried.append(candidate.library)
         return Verdict(True, "19.1.7") if works(candidate.library) else Verdict(False, "no good")
 
-    return tried, try_out
+    return tried, try_library
 
 
 def library(path: Path, content: str = "good") -> Path:
@@ -231,8 +231,8 @@ def test_a_verdict_is_bound_to_the_file(alone: Path) -> None:
 
 def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bad, good = library(alone / "libLLVM-20.so", "bad"), library(alone / "libLLVM-19.so")
-    tried, try_out = stand_in(lambda path: path == good)
-    monkeypatch.setattr(libraries, "try_out", try_out)
+    tried, try_library = stand_in(lambda path: path == good)
+    monkeypatch.setattr(libraries, "try_library", try_library)
     monkeypatch.setattr(backend, "system_llvm", lambda: [bad, good])
     for _ in range(2):
         chosen = prepare()
@@ -255,9 +255,9 @@ def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.Mo
 
 
 def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    tried, try_out = stand_in(lambda path: False)
+    tried, try_library = stand_in(lambda path: False)
     bad = library(alone / "libLLVM-20.so")
-    monkeypatch.setattr(libraries, "try_out", try_out)
+    monkeypatch.setattr(libraries, "try_library", try_library)
     monkeypatch.setattr(backend, "system_llvm", lambda: [bad])
     monkeypatch.syspath_prepend(wheel(alone))
     for _ in range(2):
@@ -269,8 +269,8 @@ def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatc
 def test_a_damaged_build_is_linked_anew(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(libraries, "package_version", lambda package: "23.1.1")
     built = library(libraries.cache_folder() / libraries.build_name("23.1.1"), "torn")
-    tried, try_out = stand_in(lambda path: path.read_text() == "good")
-    monkeypatch.setattr(libraries, "try_out", try_out)
+    tried, try_library = stand_in(lambda path: path.read_text() == "good")
+    monkeypatch.setattr(libraries, "try_library", try_library)
     monkeypatch.setattr(libraries, "link_wheel", lambda folder, wheel: library(built))
     assert prepare().source == "built from mlc-llvm-static"
     monkeypatch.setenv(VARIABLE, "")

@@ -73,7 +73,7 @@ class Failing:
             raise self.error
         self.taken += 1
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         self.taken -= 1
 
     def __enter__(self) -> Self:
@@ -247,8 +247,8 @@ def test_a_store_goes_on_after_a_turn_was_taken_back(finished: list[FinishedTurn
             for _ in range(2):
                 store.append(finished[number].echoes)
                 file.append(finished[number].truth)
-                store.take_back()
-                file.take_back()
+                store.rollback()
+                file.rollback()
             store.append(finished[number].echoes)
             file.append(finished[number].truth)
     voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:2]])

@@ -166,11 +166,11 @@ class Gate:
         origin = given.get(b"origin")
         if origin is not None and origin.partition("://")[2].lower() != given[b"host"].lower():
             return "another origin: open the address that seamap-rt app printed"
-        if not self._knows(given.get(b"cookie", ""), query):
+        if not self._is_admitted(given.get(b"cookie", ""), query):
             return "no token: open the address that seamap-rt app printed, with its ?token="
         return None
 
-    def _knows(self, cookies: str, query: bytes) -> bool:
+    def _is_admitted(self, cookies: str, query: bytes) -> bool:
         pairs = (each.strip().partition("=") for each in cookies.split(";"))
         tokens = [
             *parse_qs(query.decode("latin-1")).get("token", []),

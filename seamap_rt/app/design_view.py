@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from ..report.headline import worth_in_words
+from ..report.headline import radius_in_words
 from . import drawing
 from .draft import MOST_TOML, Draft
 from .folders import safe_name
@@ -48,7 +48,7 @@ class DesignView:
             tiles = ui.column().classes("w-full min-w-0 lg:col-start-2")
             with ui.column().classes("w-full gap-1 lg:col-start-1 lg:row-start-1 lg:row-span-2"):
                 self._form_place = ui.column().classes("w-full gap-1")
-                self._file = ui.expansion("Scene file and command line", on_value_change=self._tell_file)
+                self._file = ui.expansion("Scene file and command line", on_value_change=self._show_file)
                 self._file.classes("w-full section").props("dense").mark("file")
             graphs = ui.column().classes("w-full min-w-0 lg:col-start-2")
         self.prospects = ProspectsView(page, self._answer, tiles, graphs)
@@ -97,7 +97,7 @@ class DesignView:
 
     def _changed(self, _: str = "") -> None:
         """What it is likely to do now; what was asked of an older change is dropped."""
-        self._tell_file()
+        self._show_file()
         scene = self.tab.draft.scene
         if scene is None:
             self.prospects.easel.drop("")
@@ -105,7 +105,7 @@ class DesignView:
         else:
             self.prospects.easel.ask("drawing the graphs …", self._look_ahead(scene))
 
-    def _tell_file(self) -> None:
+    def _show_file(self) -> None:
         """While it is looked at: its colours take a tenth of a second."""
         if self._file.value:
             if not self._file.default_slot.children:
@@ -136,12 +136,14 @@ class DesignView:
 
     # ------------------------------------------------------------------------------------------------- as a file
 
+    def _copy_command(self) -> None:
+        ui.clipboard.write(self._command.text)
+
     def _make_file(self) -> None:
         ui.label("The same run on a command line:").classes("text-sm")
         with ui.row().classes("w-full no-wrap items-center"):
             self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
-            copy = lambda: ui.clipboard.write(self._command.text)  # noqa: E731
-            round_button("Copy the command", icon="content_copy", on_click=copy)
+            round_button("Copy the command", icon="content_copy", on_click=self._copy_command)
         with ui.row().classes("gap-2"):
             flat_button("Download", icon="download", on_click=self._save, mark="save")
             ui.upload(
@@ -280,6 +282,6 @@ def _sentence(found: Prospects, scene: Scene) -> str:
     left = found.ahead.left_out if found.ahead is not None else ""
     error = f", their height to about ± {100.0 * values['error']:.0f} cm" if values.get("error", 0.0) > 0.0 else ""
     return (
-        f"Likely to measure waves out to {more}{values['reach']:.0f} m{error}: {worth_in_words(values['radius'])}."
+        f"Likely to measure waves out to {more}{values['reach']:.0f} m{error}: {radius_in_words(values['radius'])}."
         + (f" Not counted: {left}." if left else "")
     )

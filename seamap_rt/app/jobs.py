@@ -142,7 +142,7 @@ class Queue:
             again = job.reason != ""
             job.reason = "stopped by the user"
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            if not self._lives(job):
+            if not self._owns_process(job):
                 return
             if again:
                 os.killpg(job.pid, signal.SIGKILL)
@@ -182,7 +182,7 @@ class Queue:
                 job = min(waiting, key=lambda each: (each.state != "running", each.asked))
                 if job.state == "queued":
                     self._begin(job)
-            self._attend(job)
+            self._await_end(job)
 
     def _begin(self, job: Job) -> None:
         environment = {**os.environ, VARIABLE: str(self._file(job.name, "progress")), "COLUMNS": "200"}
@@ -207,13 +207,13 @@ class Queue:
             job.pid = process.pid
         self._note(job)
 
-    def _attend(self, job: Job) -> None:
+    def _await_end(self, job: Job) -> None:
         """Wait until a running job has ended, and say how."""
         process, code = self._processes.get(job.name), None
         if process is not None:
             code = process.wait()
         else:  # of a server that ended before this one was started: not this one's child
-            while self._lives(job):
+            while self._owns_process(job):
                 if self._closing:
                     return
                 time.sleep(_POLL_S)
@@ -225,7 +225,7 @@ class Queue:
             job.state, job.reason, job.ended, job.crowd = state, reason, time.time(), _crowd()
             self._note(job)
 
-    def _lives(self, job: Job) -> bool:
+    def _owns_process(self, job: Job) -> bool:
         """Whether the process of a job's number is its run, and has not ended."""
         process = self._processes.get(job.name)
         if process is not None:
@@ -282,7 +282,7 @@ class Queue:
                     continue
             except (OSError, ValueError):  # ValidationError is one
                 continue
-            if job.state == "running" and not self._lives(job):
+            if job.state == "running" and not self._owns_process(job):
                 job.state, job.reason = self._ending(job, None)
                 job.ended = job.ended or time.time()
             elif job.state == "queued":

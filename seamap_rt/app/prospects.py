@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -193,7 +193,7 @@ def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark
         for name, title, graph in _graphs(found, beside, scene)
     ]
     title, spectrum = "Waves by frequency and the direction they come from", found.spectrum
-    rose = lambda: draw_rose(spectrum.frequency, spectrum.direction, spectrum.density, spectrum.lines, _WIDE)  # noqa: E731
+    rose = partial(draw_rose, spectrum.frequency, spectrum.direction, spectrum.density, spectrum.lines, _WIDE)
     pictures.append(Picture("spectrum", title, f"{title}, over the compass.", "", rose))
     return [each.image(dark) for each in pictures]
 

@@ -180,8 +180,7 @@ class RecordingsPanel:
                     'no-caps aria-label="Retrieve the recording"'
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
-                give = lambda: ui.download.content(header_to_fill_in(), "header.toml")  # noqa: E731
-                flat_button("Download a header to fill in", icon="download", on_click=give)
+                flat_button("Download a header to fill in", icon="download", on_click=_download_header)
             self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
 
     def _choice(self, kind: str, label: str) -> Any:
@@ -232,6 +231,10 @@ class RecordingsPanel:
         folder = server.free_folder(safe_name(Path(recording).stem, "recording"))
         server.queue.add(f"maps from {Path(recording).name}", folder, "", [*words, "--out", "{out}"])
         self.page.see(folder)
+
+
+def _download_header() -> None:
+    ui.download.content(header_to_fill_in(), "header.toml")
 
 
 def header_to_fill_in() -> str:

@@ -225,8 +225,7 @@ class SeaPanel:
         self._mast.set_visibility(False)
         self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
         with ui.row().classes("w-full items-center gap-2") as self._render:
-            queue = lambda: self._queue(*self._shown)  # noqa: E731
-            flat_button("Render from the mast", icon="photo_camera", on_click=queue, mark="render")
+            flat_button("Render from the mast", icon="photo_camera", on_click=self._queue_shown, mark="render")
             ui.label(
                 "Some seconds: the run's own sea at this moment, with waves that no map resolves, by a ray tracer."
             ).classes("text-xs opacity-80")
@@ -260,8 +259,9 @@ class SeaPanel:
             + "Heights are drawn three times too large."
         )
 
-    def _queue(self, source: Source, turn: int) -> None:
+    def _queue_shown(self) -> None:
         """The sea on file at this moment, by the command line in a process of its own; seen when it is done."""
+        source, turn = self._shown
         scene, server = source.scene, self.view.page.server
         name = source.results.folder.relative_to(server.roots.runs).as_posix()
         folder = f"{name}_sea_{turn_name(source.results.turns()[turn]).replace(' ', '')}"

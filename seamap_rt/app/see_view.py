@@ -135,7 +135,7 @@ class SeeView:
                 if run != self.tab.run:  # another was chosen meanwhile
                     return
                 if opened is None:
-                    self._wait_for_it()
+                    self._show_waiting()
                     return
                 self.source = opened
                 self._fill_menu()
@@ -146,7 +146,7 @@ class SeeView:
         except (InputError, OSError, KeyError, IndexError) as refusal:
             if run == self.tab.run:
                 self.source = None
-                self._wait_for_it(str(refusal))
+                self._show_waiting(str(refusal))
             return
         products = products_of(self.source.results.folder)
         if products != self._products and not self.source.results.growing:
@@ -188,7 +188,7 @@ class SeeView:
         for part in (self._controls, self._views):
             part.set_visibility(turns)
 
-    def _wait_for_it(self, why: str = "") -> None:
+    def _show_waiting(self, why: str = "") -> None:
         job = self.page.server.queue.of_folder(self.tab.run)
         if job is not None and not job.over:
             line = self.page.server.queue.progress(job).line
@@ -219,8 +219,10 @@ class SeeView:
         name = self._name_turn()
         if source is not None and name:
             drawn = self._draw_turn(source, view, turn)
-            refused = lambda error: self._tell(f"This turn cannot be read: {error}")  # noqa: E731
-            self.easel.ask(f"drawing {VIEWS[view]}, {name} …", drawn, refused)
+            self.easel.ask(f"drawing {VIEWS[view]}, {name} …", drawn, self._refuse_turn)
+
+    def _refuse_turn(self, error: Exception) -> None:
+        self._tell(f"This turn cannot be read: {error}")
 
     def _name_turn(self, when: str = "") -> str:
         """Show which turn it is, of as many as there will be; empty where there is none."""

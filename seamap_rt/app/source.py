@@ -193,7 +193,7 @@ class Source:
         self._echoes: xr.Dataset | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _opened_here, (self.results.folder, self.number)
+        return _open_local, (self.results.folder, self.number)
 
     @cached_property
     def height_m(self) -> float:
@@ -343,7 +343,7 @@ _MOST_OPEN = 4
 _OPEN: dict[int, Source] = {}  # in a process that draws, those of the page by their numbers
 
 
-def _opened_here(folder: Path, number: int) -> Source:
+def _open_local(folder: Path, number: int) -> Source:
     if number not in _OPEN:
         _OPEN[number] = Source(Results(folder))
         while len(_OPEN) > _MOST_OPEN:

@@ -104,7 +104,7 @@ def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None
     densities = [_on_rings(each, frequency) for each in found]
     step = max(_LEAST_STEP_HZ, float(np.median(np.diff(frequency))))
     edges = np.arange(0.0, frequency[-1] + step, step)
-    directed = [each for each in found if each.way_known and each.polar_map.span > _LEAST_SPAN]
+    directed = [each for each in found if each.direction_known and each.polar_map.span > _LEAST_SPAN]
     directional = np.mean([_by_direction(each, edges) for each in directed], axis=0) if directed else None
     return Density(
         frequency,
@@ -119,7 +119,9 @@ def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
     """Density [m²/Hz] at the frequencies of the first turn's rings, which hardly differ from turn to turn; NaN of waves
     too short for the cells."""
     own = turn.spectrum.ring_frequency
-    density = np.interp(frequency, own, turn.spectrum.ring_power / (_modes_a_wave(turn) * np.gradient(own)), right=0.0)
+    density = np.interp(
+        frequency, own, turn.spectrum.ring_power / (_modes_per_wave(turn) * np.gradient(own)), right=0.0
+    )
     return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, density, np.nan)
 
 
@@ -130,10 +132,10 @@ def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:
     comes_from = (np.degrees(spectrum.toward) + 180.0) % 360.0
     sectors = np.arange(0.0, 360.0 + _SECTOR_DEG, _SECTOR_DEG)
     power = np.histogram2d(frequency, comes_from, (edges, sectors), weights=spectrum.power)[0]
-    return np.maximum(power, 0.0) / (_modes_a_wave(turn) * np.diff(edges)[:, None] * _SECTOR_DEG)
+    return np.maximum(power, 0.0) / (_modes_per_wave(turn) * np.diff(edges)[:, None] * _SECTOR_DEG)
 
 
-def _modes_a_wave(turn: TurnSpectrum) -> float:
+def _modes_per_wave(turn: TurnSpectrum) -> float:
     """How many modes of the lattice, which is finer than a sea of area A asks, hold one wave: (2π/Δk)²/A."""
     polar_map, bins = turn.polar_map, turn.bins
     inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
@@ -155,7 +157,7 @@ class StatePanel:
     async def show(self, source: Source, turn: int) -> None:
         metrics = await asyncio.to_thread(source.results.metrics)
         known = bool((metrics.get("sea_state") or {}).get("significant_wave_height"))
-        self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _why_no_state(source))
+        self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _missing_state(source))
         self._words.classes(replace="font-bold" if known else "text-sm")
         try:
             heights, said, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
@@ -182,7 +184,7 @@ def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, l
     return heights, found.why, draw_images([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
 
 
-def _why_no_state(source: Source) -> str:
+def _missing_state(source: Source) -> str:
     if not source.results.has_maps:
         return "Nothing was retrieved of these echoes yet: press Retrieve beside them in Runs."
     if source.results.growing or source.scene is not None:

@@ -77,7 +77,7 @@ def _answer_to(error: Exception, stops: Stops) -> int:
     except UnknownCommandError as error:
         return _refuse(_commands_in_words(error.unused_tokens or [""]), BAD_INPUT)
     except UnusedCliTokensError as error:
-        return _refuse(_unused_in_words(error.unused_tokens or [""]), BAD_INPUT)
+        return _refuse(_leftover_words(error.unused_tokens or [""]), BAD_INPUT)
     except (SchemaError, CycloptsError) as error:
         return _refuse(str(error), BAD_INPUT)
     except OSError as error:
@@ -100,7 +100,7 @@ def _commands_in_words(tokens: list[str]) -> str:
     return f"{shown(tokens[0])}: no such command; {hint} commands are {', '.join(names)}"
 
 
-def _unused_in_words(tokens: list[str]) -> str:
+def _leftover_words(tokens: list[str]) -> str:
     """Words that are left over, such as a key of the scene without --set."""
     left = " ".join(tokens)
     if all("=" in each for each in tokens):

@@ -53,7 +53,7 @@ def _headline(metrics: dict[str, Any]) -> str:
     )
 
 
-def tell_of_record(scene: Scene) -> None:
+def describe_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
         from ..scene.radar_checks import record_notes
@@ -82,7 +82,7 @@ def run(
     if stream is not None and not predict:
         raise InputError(f"--stream {stream}: sends forecasts; give --predict too")
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
-    tell_of_record(loaded)
+    describe_record(loaded)
     from ..report.headline import forecast_line, verdict, warnings, window_line
     from ..session import Stream
     from ..session import run as run_scene
@@ -128,7 +128,7 @@ def simulate(
 ) -> int:
     """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc."""
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
-    tell_of_record(loaded)
+    describe_record(loaded)
     from ..session import simulate as simulate_scene
 
     with progress() as say:

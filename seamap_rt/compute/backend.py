@@ -63,7 +63,7 @@ def prepare() -> Backend:
         file = libraries.verdict_file(candidate)  # named before the trial: the library may be replaced after it
         verdict = libraries.recall(file)
         if verdict is None:
-            verdict = libraries.try_out(candidate)
+            verdict = libraries.try_library(candidate)
             news.append((file, verdict))
         if verdict.works:
             # Failures are remembered only where something else works, so that mending is noticed at once.

@@ -91,7 +91,7 @@ print("works", version)
 """
 
 
-def try_out(candidate: Candidate) -> Verdict:
+def try_library(candidate: Candidate) -> Verdict:
     """Let a process of its own work with the library."""
     with scratch_folder() as scratch:
         environment = os.environ | {"DRJIT_CACHE_DIR": str(scratch)}  # a kernel compiled earlier proves nothing

@@ -146,7 +146,7 @@ def scratch_folder(prefix: str = PREFIX, within: Path | None = None) -> Iterator
     temporary files. Raises OSError where it cannot be made.
     """
     home = within or Path(tempfile.gettempdir())
-    clear_dead(prefix, home)
+    remove_abandoned(prefix, home)
     path = Path(tempfile.mkdtemp(prefix=f"{prefix}{os.getpid()}-", dir=home))
     try:
         with locked(path / _LOCK):
@@ -156,7 +156,7 @@ def scratch_folder(prefix: str = PREFIX, within: Path | None = None) -> Iterator
         shutil.rmtree(path, ignore_errors=True)
 
 
-def clear_dead(prefix: str = PREFIX, within: Path | None = None) -> None:
+def remove_abandoned(prefix: str = PREFIX, within: Path | None = None) -> None:
     """Remove this user's folders whose processes have been killed. prefix, within: as of `scratch_folder`."""
     home = within or Path(tempfile.gettempdir())
     named = re.compile(rf"{re.escape(prefix)}(\d+)-\w+")

@@ -66,7 +66,7 @@ class Design:
 
     @classmethod
     def of(cls, radar: RadarSettings, settings: RetrievalSettings, decorrelation_time_s: float) -> Design:
-        """radar: as it looks (`radar.array.as_it_looks`)."""
+        """radar: as it looks (`radar.array.with_scanned_sector`)."""
         response, array = RangeResponse.of(radar), antenna_array(radar)
         ranges = gates(radar)
         spacing = float(ranges[1] - ranges[0]) if ranges.size > 1 else radar.range_sampling_m

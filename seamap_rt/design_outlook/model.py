@@ -16,9 +16,9 @@ from ..conventions import POLARIZATIONS, db, from_db, written
 from ..errors import InputError
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
-from ..physics.shadowing import SEEN_DB, half_range, why_no_half
+from ..physics.shadowing import SEEN_DB, half_range, half_range_refusal
 from ..radar import link
-from ..radar.array import as_it_looks
+from ..radar.array import with_scanned_sector
 from ..scattering.permittivity import permittivity_of
 from ..scene import Scene, SceneLike, as_scene
 from ..settings import PlatformSettings
@@ -125,7 +125,7 @@ def outlook(scene: SceneLike) -> xr.Dataset:
 @one_blas_thread()
 def estimate_outlook(scene: Scene) -> Outlook:
     """The same as `outlook` says, without the half second that the first Dataset of a process takes."""
-    radar, settings = as_it_looks(scene.radar), scene.resolved_retrieval
+    radar, settings = with_scanned_sector(scene.radar), scene.resolved_retrieval
     design = Design.of(radar, settings, scene.scattering.decorrelation_time_s)
     if design.baseline <= 0.0:
         raise InputError("radar.baseline_m = 0: must be greater than 0, or a phase says nothing of heights; raise it")
@@ -304,7 +304,7 @@ def _half_visible(found: Outlook) -> str:
     shares = found.profile["visible_fraction"], *found.radar_visible
     for (name, key), share in zip(_HALF_RANGES.items(), shares, strict=True):
         far = found.figures[key]
-        text = f"half is visible to {far:.0f} m" if np.isfinite(far) else why_no_half(found.range, share)
+        text = f"half is visible to {far:.0f} m" if np.isfinite(far) else half_range_refusal(found.range, share)
         words.setdefault(text, []).append(name)
     return "; ".join(f"{', '.join(names)}: {text}" for text, names in words.items())
 

@@ -115,7 +115,7 @@ def _to_antennas(column, facet, positions, velocities, array, ranges, difference
     antennas, drift, up = array
     room, begin = np.zeros((_ROWS, _FACETS)), 0
     while begin < column.size:
-        c, count = column[begin], _of_one_column(column, begin)
+        c, count = column[begin], _same_column_count(column, begin)
         _gather(c, facet, begin, count, positions, velocities, room)
         _look_up(up[c, 0], up[c, 1], up[c, 2], room)
         for n in range(count):
@@ -129,7 +129,7 @@ def _to_antennas(column, facet, positions, velocities, array, ranges, difference
 
 
 @compiled_step
-def _of_one_column(column, begin):
+def _same_column_count(column, begin):
     """How many facets from `begin` on, at most _FACETS, are of the same column: few numbers are then all lanes'."""
     count = 1
     while count < _FACETS and begin + count < column.size and column[begin + count] == column[begin]:
@@ -216,11 +216,11 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, cu
     antennas, begin = ranges.shape[0], 0
     root, heard = np.zeros(_FACETS), np.zeros((antennas, _FACETS))
     while begin < column.size:
-        c, count = column[begin], _of_one_column(column, begin)
+        c, count = column[begin], _same_column_count(column, begin)
         for n in range(count):
             root[n] = np.sqrt(float(rcs[c, facet[begin + n]]))
         for antenna in range(antennas):
-            _hear(c, facet, begin, count, lit[antenna], sine, tables[which[antenna]], heard[antenna])
+            _fill_elevation_cut(c, facet, begin, count, lit[antenna], sine, tables[which[antenna]], heard[antenna])
         for path in range(paths.shape[0]):
             i, j, constant = paths[path, 0], paths[path, 1], constants[path]
             for n in range(count):
@@ -230,7 +230,7 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, cu
 
 
 @compiled_step
-def _hear(column, facet, begin, count, lit, sine, cut, heard):
+def _fill_elevation_cut(column, facet, begin, count, lit, sine, cut, heard):
     """Fill heard (n,): an antenna's cut in elevation towards facets, 0 where it does not light them."""
     steps = cut.size - 1
     for n in range(count):

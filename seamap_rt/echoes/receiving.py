@@ -3,7 +3,7 @@ converter.
 
 Of `radar.transmitter`'s phase 2πδ(t − τ), with τ the delay of each facet, that of mean sea level in the middle of the
 gate is taken, for each path of its own. Between receivers it errs by (δ/f) k ΔR(z) of heights z, 1e-5 of the phase that
-they make. What differs between the facets of a gate, `stray_within_pulse`, is left out, and kept below 0.1 rad.
+they make. What differs between the facets of a gate, `phase_drift_in_pulse`, is left out, and kept below 0.1 rad.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..radar.antenna import kept_of_radar
+from ..radar.antenna import cache_by_radar
 from ..radar.array import Array, antenna_array
 from ..radar.chirp import Chirp
 from ..radar.digital import DigitalReceiver
@@ -46,7 +46,7 @@ def gate_samples(radar: RadarSettings, paths: tuple[tuple[int, int], ...] | None
     return _plain(radar, gates(radar), paths)
 
 
-@kept_of_radar(maxsize=8)
+@cache_by_radar(maxsize=8)
 def received_samples(radar: RadarSettings) -> Samples:
     """What the radar's receiver is given: samples of its converter, of a chirp before compression, or the gates."""
     if radar.waveform == "chirp":
@@ -68,7 +68,7 @@ class ResponseTable:
     step: float = RESPONSE_STEP  # m
 
 
-@kept_of_radar(maxsize=8)
+@cache_by_radar(maxsize=8)
 def tabulated(radar: RadarSettings, neglected: float = 0.0) -> ResponseTable:
     """The samples that the radar's receiver is given, and their response, but for that share of the power that comes
     from farthest off their middles; of a chirp's, which are still to be compressed, all."""
@@ -144,7 +144,7 @@ class TwoWayBeams:
         return np.max(1.0 - within / summed[:, -1:], axis=0)
 
 
-@kept_of_radar(maxsize=8)
+@cache_by_radar(maxsize=8)
 def two_way_beams(radar: RadarSettings) -> TwoWayBeams:
     """Those of the radar's mode."""
     array = antenna_array(radar)
@@ -178,7 +178,7 @@ def truncation_share(elevation_std_m: float, height_error_m: float) -> float:
     return float(min(_MOST, (_WITHIN * height_error_m / max(elevation_std_m, 1e-9)) ** 2))
 
 
-@kept_of_radar(maxsize=8)
+@cache_by_radar(maxsize=8)
 def beam_truncation(radar: RadarSettings, share: float) -> float:
     """Beam widths to either side of the boresight, 1 to 3, beyond which no more than that share of the power lies."""
     enough = np.flatnonzero(share_aside(radar, _BEAMS) <= share)

@@ -208,7 +208,7 @@ class Scenery:
         track = self._installation.pose(np.linspace(0.0, self._scene.turns * self._installation.period, moments))
         try:
             refuse_if_enclosing(self._world.occluder, track.positions)
-            refuse_if_enclosing(self._boat.occluder, self._aboard(track, track.positions))
+            refuse_if_enclosing(self._boat.occluder, self._to_boat_axes(track, track.positions))
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -227,7 +227,7 @@ class Scenery:
             echoing += [] if echo is None else [echo]
         return _Frame(Occluder(meshes, numbers), echoing)
 
-    def _aboard(self, pose: ArrayPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _to_boat_axes(self, pose: ArrayPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (n, …, 3) of the world in the boat's axes at n moments."""
         foot, axes = self._foot(pose)
         return to_boat(points, foot[:, None], axes[:, None])
@@ -304,12 +304,12 @@ class Scenery:
             seen = skyline.sees(eyes, ends)
             if self._boat.occluder.bodies:
                 at = passing(ends, pose.origin, pulses.azimuth)
-                here = self._aboard(pose[at], np.stack((eyes, ends), axis=1))
+                here = self._to_boat_axes(pose[at], np.stack((eyes, ends), axis=1))
                 seen &= ~self._boat.occluder.blocked(here[:, 0], here[:, 1])
             return seen
 
         if aboard:
-            centres = self._aboard(pose, centres)
+            centres = self._to_boat_axes(pose, centres)
             azimuth = azimuth - pose.attitude[:, 2]
         points, areas, sight = objects_in_sight(
             frame.echoing,

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled
 from ..compute.machine import pool
 from ..mesh import Facets
-from ..radar.antenna import kept_of_radar
+from ..radar.antenna import cache_by_radar
 from ..radar.array import Array
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
@@ -93,7 +93,7 @@ def correlation_of(radar: RadarSettings, sweep_deg_s: float, doppler_hz: float, 
     return correlation
 
 
-@kept_of_radar(maxsize=8)
+@cache_by_radar(maxsize=8)
 def _beam_correlation(radar: RadarSettings) -> tuple[float, NDArray[np.float64]]:
     """Size of a step [rad], and the two-way beam's correlation with itself turned by so many; of all paths' beams, that
     which changes fastest."""

@@ -113,7 +113,7 @@ def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
     return reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
 
 
-def best_towards_any_gate(
+def peak_gate_voltage(
     beams: TwoWayBeams, turned_deg: NDArray[np.float64], across: NDArray[np.float64], height_m: float, nearest_m: float
 ) -> NDArray[np.float64]:
     """Voltage (node,) of the beam, over its peak's, towards the gate of a column that hears best when the boresight has
@@ -165,7 +165,7 @@ class ReceiveGeometry:
         if np.isfinite(reach):
             turned = reach_deg / reach * nodes.spacing_s * (np.arange(window, dtype=np.float64) - 0.5 * (window - 1))
             nearest = max(float(samples.samples.range[0]), radar.height_m)
-            beam_window = beam_window.through(best_towards_any_gate(tables, turned, across, radar.height_m, nearest))
+            beam_window = beam_window.through(peak_gate_voltage(tables, turned, across, radar.height_m, nearest))
         if motion is None:
             speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, beam_window), seed)
         else:

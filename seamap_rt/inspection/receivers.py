@@ -186,7 +186,7 @@ def _runs(turn: xr.Dataset) -> tuple[float, float] | None:
     voltage, sender = turn["voltage"].values, np.asarray(turn["transmitter"].values)
     time, interval = np.asarray(turn["time"].values, dtype=np.float64), 1.0 / float(turn.attrs["prf_hz"])
     heard = sampled(voltage)[:, 0]
-    early, late = _next_of_the_same(heard, sender, time, interval)
+    early, late = _next_pulses(heard, sender, time, interval)
     early, late = early[:_MOST_PAIRS], late[:_MOST_PAIRS]
     if early.size < _PULSES * _FEWEST:
         return None
@@ -206,7 +206,7 @@ def _runs(turn: xr.Dataset) -> tuple[float, float] | None:
     return float(np.median(lasts[known])), float(np.sqrt(max(square, 0.0)))
 
 
-def _next_of_the_same(
+def _next_pulses(
     heard: NDArray[np.bool_], sender: NDArray[np.integer], time: NDArray[np.float64], interval: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows of pulses that the first receiver heard, and of the same antenna's next that it heard."""

@@ -313,7 +313,7 @@ def resolve(
     share = np.maximum(1.0 - (spread / _UNIFORM_STD) ** 2, 1e-4)
     noise = np.maximum((gain * spread) ** 2 / share, 1e-6 * size**2)
     others = [HeightEstimate(e.height[part], e.std[part]) for e in expected]
-    height, precision = _known_beforehand(size, others, gain.shape)
+    height, precision = _prior_height(size, others, gain.shape)
     step = 2.0 * np.pi * np.abs(gain)
     # A cell known well enough by itself does not follow its neighbours' plane, which may be wrong at a map's edge.
     sure = wanted & (noise + 1.0 / precision < (step / _RELIABLE_CYCLE) ** 2)
@@ -328,7 +328,7 @@ def resolve(
     resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(LEAST_ODDS))
     island = wanted & _islands(wanted, spacing, beside)
     if island.any():
-        height, precision = _known_beforehand(most, others, gain.shape)
+        height, precision = _prior_height(most, others, gain.shape)
         off = (folded + cycles * step - height) / step
         resolved.ambiguous[part] |= island & ~is_reliable(off, step, 1.0 / np.maximum(precision, 1e-12) + noise)
     return resolved
@@ -339,7 +339,7 @@ def _rms(height: Field) -> float:
     return float(np.sqrt(np.mean(some**2))) if some.size else 0.0
 
 
-def _known_beforehand(size: float, others: list[HeightEstimate], shape: tuple[int, ...]) -> tuple[Field, Field]:
+def _prior_height(size: float, others: list[HeightEstimate], shape: tuple[int, ...]) -> tuple[Field, Field]:
     """Height [m] and one over its variance: mean sea level within the sea's size, and whatever else there is."""
     height, precision = np.zeros(shape), np.full(shape, max(size, 1e-9) ** -2.0)
     for other in others:

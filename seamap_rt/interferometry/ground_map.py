@@ -292,7 +292,7 @@ def _samples(reach: int, side: float, east: float, north: float) -> tuple[NDArra
     return x, y, np.degrees(np.arctan2(x, y[:, None]))
 
 
-def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Water) -> xr.Dataset:
+def advance_to_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Water) -> xr.Dataset:
     """The ground map of one turn as the sea stood at to_s [s]; water: that its waves run on.
 
     The direction in which waves run follows from the radial velocities of the polar map `cells`: water moves with

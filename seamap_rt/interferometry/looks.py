@@ -20,7 +20,7 @@ from .estimators import single_cell
 from .interferogram import AROUND, BLURRED_GATES, LASTING, EchoPower, Interferogram
 from .poses import LookPoses, PhaseModel, PulsePoses
 from .products import PulsePairs
-from .speckle import DwellPulses, kept_between
+from .speckle import DwellPulses, pulse_coherence_kept
 from .velocity import Lag, beam_passage
 from .windows import pulse_correlation
 
@@ -164,7 +164,7 @@ def _coherence_left(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription)
         return 1.0
     lag = sums.lags[0]
     # Products of pulses are of both receivers as they were recorded, and so is their noise.
-    return kept_between(lag.products.windowed(*AROUND), radar.noise_power, radar.interval / lag.seconds)
+    return pulse_coherence_kept(lag.products.windowed(*AROUND), radar.noise_power, radar.interval / lag.seconds)
 
 
 def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> DwellPulses:

@@ -22,7 +22,7 @@ from .checks import check_maps, check_pulses_compare, checked_echoes, open_echoe
 from .description import RadarDescription
 from .error_covariance import sensor_variance
 from .estimators import ESTIMATORS, Estimate
-from .ground_map import Ground, at_one_instant, ground_map
+from .ground_map import Ground, advance_to_instant, ground_map
 from .interferogram import Interferogram
 from .looks import Looks, interferogram
 from .poses import Heights
@@ -97,7 +97,7 @@ def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     ground = ground_map(cells, points, radar, settings, turn, unambiguous)
     if settings.map_time_s is not None:
         water = water_of(cells.attrs)
-        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, water)
+        ground = advance_to_instant(ground, cells, turn * radar.period + settings.map_time_s, water)
         ground.attrs["map_time_s"] = settings.map_time_s
     return xr.DataTree.from_dict({"/polar": cells, "/ground": ground})
 

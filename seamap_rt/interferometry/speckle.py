@@ -84,9 +84,9 @@ def incoherent_power(wide: Covariance, noise_power: float, samples: float, kept:
     """Power [W], (look, gate), that the receivers do not share, without the noise's: ½(P₁ + P₂) − |C| − N.
 
     wide: sums over a longer window, since one sample of speckle is always coherent with itself; samples: of noise in
-    that window; kept: as `kept_between` gives it. What compared pulses lose they lose alike with the pulses before and
-    after, and no phase is off by it. Where noise hides it the share of all looks at about that range stands in, as far
-    as it does.
+    that window; kept: as `pulse_coherence_kept` gives it. What compared pulses lose they lose alike with the pulses
+    before and after, and no phase is off by it. Where noise hides it the share of all looks at about that range stands
+    in, as far as it does.
     """
     known = wide.known
     power = np.where(known, 0.5 * (wide.lower + wide.upper), noise_power) - noise_power
@@ -103,7 +103,7 @@ def incoherent_power(wide: Covariance, noise_power: float, samples: float, kept:
     return trust * np.maximum(missing, 0.0) + (1.0 - trust) * usual
 
 
-def kept_between(products: Covariance, noise_power: float, lag: float) -> Map:
+def pulse_coherence_kept(products: Covariance, noise_power: float, lag: float) -> Map:
     """Share (look, gate) of an echo's covariance that is left between pulses `lag` times as far apart as those of
     `products`, by how fast its phase turns and how far that scatters; 1 where nothing is heard."""
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -76,7 +76,7 @@ def window_means(begin, end, cells, range_weights, look_weights, phasors, means)
 
 
 @compiled
-def window_means_as_they_are(begin, end, cells, range_weights, look_weights, means):
+def unaligned_window_means(begin, end, cells, range_weights, look_weights, means):
     """The same without turning any phase, over all cells of the window that are known, whatever lies opposite."""
     (fields, known), looks = cells, len(cells.known)
     half_range, half_look, lanes = range_weights.size // 2, look_weights.size // 2, _lanes(means.shape[2])
@@ -234,7 +234,7 @@ class Covariance:
         one. They stay NaN."""
         given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
         weights = range_weights, look_weights
-        in_blocks(lambda *rows: window_means_as_they_are(*rows, given, *weights, means), len(self.cross))
+        in_blocks(lambda *rows: unaligned_window_means(*rows, given, *weights, means), len(self.cross))
         return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:

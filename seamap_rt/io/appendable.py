@@ -79,7 +79,7 @@ class AppendableNetCDF:
                 write_turn(self._folder, self.complete, arrays)
             self._before, self.complete, self._sizes = self.complete, self.complete + turns, sizes
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         """Forget what was appended last."""
         if self.complete > self._before:
             turn_files(self._folder)[-1].unlink()

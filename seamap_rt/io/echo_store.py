@@ -115,7 +115,7 @@ class EchoStore:
             raise
         self._before, self._length = self._length, length
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         """Forget the turn that was appended last."""
         if self._length != self._before:
             self._length = self._before

@@ -37,7 +37,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 @contextmanager
-def without_complaints() -> Iterator[None]:
+def suppress_close_errors() -> Iterator[None]:
     """No line of a file that its library cannot even close: h5netcdf's destructor raises then, and Python prints it."""
     hook = sys.unraisablehook
 
@@ -67,7 +67,7 @@ def without_log(library: str) -> Iterator[None]:
 @contextmanager
 def quietly() -> Iterator[None]:
     """Neither complaints nor warnings."""
-    with without_complaints(), warnings.catch_warnings():
+    with suppress_close_errors(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
 

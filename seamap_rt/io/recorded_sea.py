@@ -243,7 +243,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     x, y = np.sort(x), np.sort(y)
     free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
     if not periodic:
-        free, level, long_share = _looked_at(opened, name, times.size, scale)
+        free, level, long_share = _uncut_points(opened, name, times.size, scale)
     first, points = _square(x, y, free)
     if points < _FEWEST_POINTS:
         raise Refusal(
@@ -274,7 +274,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     )
 
 
-def _looked_at(opened: xr.Dataset, name: str, frames: int, scale: float) -> tuple[NDArray[np.bool_], float, float]:
+def _uncut_points(opened: xr.Dataset, name: str, frames: int, scale: float) -> tuple[NDArray[np.bool_], float, float]:
     """Which points (row, column), rows to the north, are not cut off: those that reach the edge through points missing
     in most frames are; the mean level of the others, m; and the share of the variance by which whole frames rise and
     fall."""

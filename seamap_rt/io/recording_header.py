@@ -118,7 +118,7 @@ class RecordingHeader(Section):
     """What is known of the motion sensors' errors, which error bars then hold."""
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
+    def _check_consistency(self) -> Self:
         if (self.first_gate_m is None) != (self.gate_m is None):
             raise ValueError("give first_gate_m and gate_m together, or neither and the array ranges")
         if self.chirp_bandwidth_hz < 1e4 and (self.chirp_bandwidth_hz or self.waveform == "chirp"):

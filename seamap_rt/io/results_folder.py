@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from ..compute.locks import LockHeldError, clear_dead, holder_of, locked
+from ..compute.locks import LockHeldError, holder_of, locked, remove_abandoned
 from ..errors import InputError
 from .opening import read_json
 
@@ -56,7 +56,7 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
         ) from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
-    clear_dead()
+    remove_abandoned()
     with held_folder(folder, option):
         for kind, names in KINDS.items():  # also with overwrite: others would stay in part, among the new ones
             foreign = sorted(name for name in names if (folder / name).exists())

@@ -23,7 +23,7 @@ from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError, Refusal, say_of
 from .ndbcfile import from_moments, moments_as_declared, open_ndbc
 from .opening import bytes_held, check_declared_size, open_file, read_unpacked
-from .process import quietly, without_complaints
+from .process import quietly, suppress_close_errors
 from .spectrum_layouts import (
     NETCDF,
     NO_DIRECTIONS,
@@ -91,7 +91,7 @@ def read_directional_spectrum(
             stated = f" but {result}" if result else ""
             raise Refusal(f"{what}{stated}; {_KINDS_IN_WORDS}")
         damage = ""
-        with without_complaints(), warnings.catch_warnings():
+        with suppress_close_errors(), warnings.catch_warnings():
             # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
             # package, what they will have to change one day, and files that it leaves open where they are damaged.
             warnings.filterwarnings("ignore", message="Cannot import function")

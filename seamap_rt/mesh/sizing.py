@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics.shadowing import shadowing_smith67
-from ..radar.antenna import kept_of_radar
+from ..radar.antenna import cache_by_radar
 from ..radar.array import antenna_array
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse, range_cell
@@ -158,7 +158,7 @@ def _chosen(radar: RadarSettings, sea: SeaSettings, tracing: TracingSettings, fa
     return errors.detail(cell, int(count[cell]), limited_by)
 
 
-_kept_choice = kept_of_radar(maxsize=128)(_chosen)
+_kept_choice = cache_by_radar(maxsize=128)(_chosen)
 
 
 def level_facet(radar: RadarSettings) -> float:
@@ -166,7 +166,7 @@ def level_facet(radar: RadarSettings) -> float:
     return _level(radar)[0]
 
 
-@kept_of_radar(maxsize=64)
+@cache_by_radar(maxsize=64)
 def _level(radar: RadarSettings) -> tuple[float, SamplingErrors]:
     """`level_facet`, and its errors at `_ranges`."""
     ranges = np.append(_ranges(radar), radar.range_m[0])

@@ -142,7 +142,7 @@ def _smoothing(middle: NDArray[np.float64]) -> NDArray[np.float64]:
     return weight * (second - first * away) / (zeroth * second - first**2)
 
 
-def why_no_half(middle: NDArray[np.float64], share: NDArray[np.float64]) -> str:
+def half_range_refusal(middle: NDArray[np.float64], share: NDArray[np.float64]) -> str:
     """Why a curve of shares (bin,) has no `half_range`; empty if it has one."""
     if np.isnan(share).any():
         return "not known"

@@ -87,13 +87,13 @@ class Ensemble:
     def advance(self, fit: Fit, issued: float, workers: Executor) -> None:
         """Takes up what the fit took up and weighed, and adds a sample; all chains' at first."""
         self._lattice = self._lattice.rescaled(fit.spectrum)
-        self._seen = {number: self._taken_up(number, fit) for number in fit.batches}
+        self._seen = {number: self._thinned_batches(number, fit) for number in fit.batches}
         alike = [each for each in self._members if abs(each.turns - fit.turns) <= max(1, fit.turns // _OTHER)]
         self._members = deque(alike, maxlen=_KEPT)
         for _ in range(max(1, len(self._found) - len(alike))):
             self._members.append(self._sample(fit, issued, workers))
 
-    def _taken_up(self, number: int, fit: Fit) -> list[_ThinnedBatch]:
+    def _thinned_batches(self, number: int, fit: Fit) -> list[_ThinnedBatch]:
         """One turn's batches, thinned if they are new, with the weights of now."""
         whole, known = fit.batches[number], self._seen.get(number, [])
         same = len(known) == len(whole) and all(a.whole is b.seen for a, b in zip(known, whole, strict=True))

@@ -173,13 +173,13 @@ class Fit:
                 continue
             rest = batch.seen.value - self._values(batch, "elevation")
             rates = [-self._values(batch, f"slope_{axis}") for axis in "xy"]
-            rates.append(self._hastened(batch) if amplitudes else np.zeros(len(batch.seen)))
+            rates.append(self._nonlinear_rate(batch) if amplitudes else np.zeros(len(batch.seen)))
             change = (batch.seen.time - middle) * np.stack(rates)
             matrix += (batch.weight * change) @ change.T
             vector += change @ (batch.weight * rest)
         return matrix, vector
 
-    def _hastened(self, batch: Batch) -> Field:
+    def _nonlinear_rate(self, batch: Batch) -> Field:
         """m/s (n,) by which elevations change at the places of a batch as the waves there get ahead of others of the
         same amplitudes that the amplitudes do not hasten."""
         waves = [(-1j * shift * a).astype(np.complex64) for shift, a in zip(self._shifts, self.amplitudes, strict=True)]

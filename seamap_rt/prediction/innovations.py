@@ -182,14 +182,14 @@ class Drift:
         loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2]) + _UNKNOWN**-2])
         alone = self._beside(float(self._ways[2]), loose)
         if self._known:
-            return self._believed(alone)
-        if float(np.hypot(*(alone - self._ways)[:2])) > _FAR and self._believed(alone):
+            return self._accept_innovations(alone)
+        if float(np.hypot(*(alone - self._ways)[:2])) > _FAR and self._accept_innovations(alone):
             self._matrix, self._vector = np.zeros((3, 3)), np.zeros(3)
             return True
         # Drawn to the current of now, not to none: what that holds of it back would be taken for amplitude dispersion.
         likely = self._vector + loose @ np.append(self._ways[:2], 0.0)
         share = float(np.clip(np.linalg.solve(self._matrix + loose, likely)[2], 0.0, _MOST))
-        return self._believed(self._beside(share, loose))
+        return self._accept_innovations(self._beside(share, loose))
 
     def _beside(self, share: float, loose: NDArray[np.float64]) -> NDArray[np.float64]:
         """The current that is likely beside a share of amplitude dispersion, and that share, (3,)."""
@@ -197,7 +197,7 @@ class Drift:
         current = np.linalg.solve((self._matrix + loose)[:2, :2], rest)
         return np.append(np.clip(current, -_FASTEST, _FASTEST), share)
 
-    def _believed(self, found: NDArray[np.float64]) -> bool:
+    def _accept_innovations(self, found: NDArray[np.float64]) -> bool:
         """Takes it up where it is worth a new fit and sure enough; whether it did."""
         change = found - self._ways
         small = float(np.hypot(*change[:2])) < _TELLING and abs(change[2]) < _STEP

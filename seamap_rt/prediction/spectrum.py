@@ -189,7 +189,7 @@ def _polar(turn: TurnSpectrum, k: Field, toward: Field) -> Field:
     way = np.rint(modes.toward[inside] / (2.0 * np.pi) * ways).astype(int) % ways
     entry, power = ring[inside] * ways + way, modes.power[inside]
     table = np.bincount(entry, power, rings * ways).reshape(rings, ways)
-    if not turn.way_known:
+    if not turn.direction_known:
         table = 0.5 * (table + np.roll(table, ways // 2, axis=1))
     return table / (k**2)[:, None]
 

@@ -63,7 +63,9 @@ class Camera:
         rows = max(1, _BLOCK // count)
         for start in range(0, count, rows):
             part = slice(start, start + rows)
-            elevation, slopes, velocity = self.sea.everything(self.points, self.points[part, None], t)
+            elevation, slopes, velocity = self.sea.elevation_slopes_and_velocity(
+                self.points, self.points[part, None], t
+            )
             fields[0, part] = elevation
             fields[1:3, part] = np.moveaxis(slopes, -1, 0)
             fields[3:6, part] = np.moveaxis(velocity, -1, 0)

@@ -133,7 +133,7 @@ def _measured(file: str, stamp: tuple[int, int]) -> tuple[Cut, Cut, float]:
     return pattern.azimuth, pattern.elevation, directivity(pattern.azimuth, pattern.elevation)
 
 
-def kept_of_radar(maxsize: int) -> Callable[[OfRadar[P, T]], OfRadar[P, T]]:
+def cache_by_radar(maxsize: int) -> Callable[[OfRadar[P, T]], OfRadar[P, T]]:
     """Keep the latest results of a function of a radar, and of more that can be hashed, until a pattern's file changes.
     Settings are frozen, and so hashable."""
 

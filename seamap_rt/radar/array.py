@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..settings import AntennaSettings, RadarSettings
-from .antenna import Antenna, antenna_of, kept_of_radar
+from .antenna import Antenna, antenna_of, cache_by_radar
 
 
 def squint_deg(settings: AntennaSettings, frequency_hz: float) -> float:
@@ -150,7 +150,7 @@ class Array:
         return [round(element.antenna.azimuth_beamwidth_deg, 9) for element in self.elements]
 
 
-@kept_of_radar(maxsize=64)
+@cache_by_radar(maxsize=64)
 def antenna_array(radar: RadarSettings) -> Array:
     """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
     elements = tuple(_listed(radar)) if radar.antennas else tuple(_stacked(radar))
@@ -183,7 +183,7 @@ def common_squint_deg(radar: RadarSettings) -> float:
     return squint_deg(radar.antennas[0] if radar.antennas else radar.antenna, radar.frequency_hz)
 
 
-def as_it_looks(radar: RadarSettings) -> RadarSettings:
+def with_scanned_sector(radar: RadarSettings) -> RadarSettings:
     """The radar with the sector that its beam truly scans: a squint turns it, and the boresight with it."""
     squint = common_squint_deg(radar)
     if squint == 0.0:

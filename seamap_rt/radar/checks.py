@@ -12,7 +12,7 @@ from ..settings import WIDEST_DEG, RadarSettings
 from .array import antenna_array
 from .chirp import Chirp
 from .digital import DigitalReceiver
-from .receiver import MOST_STRAY, stray_within_pulse
+from .receiver import MOST_STRAY, phase_drift_in_pulse
 from .scan import scanned_share, turn_duration
 from .waveform import blind_range_m, unambiguous_range_m
 
@@ -114,7 +114,7 @@ def check_transmitter(radar: RadarSettings) -> None:
             "radar.transmitter = 'magnetron': sends plain pulses, and radar.waveform = 'chirp'; choose 'pulse', or a "
             "coherent transmitter"
         )
-    stray = stray_within_pulse(radar)
+    stray = phase_drift_in_pulse(radar)
     if stray > MOST_STRAY:
         most = radar.frequency_jitter_hz * MOST_STRAY / stray
         raise ValueError(

@@ -64,10 +64,10 @@ class Chirp:
 
         response, length, gate = RangeResponse.of(radar), blind_range_m(radar), gates(radar)
         reach = response.reach_m
-        self._heard = max(gate[0] - reach, 0.0), gate[-1] + reach
+        self._reach = max(gate[0] - reach, 0.0), gate[-1] + reach
         before, after = (
             int(np.ceil((side + self.kernel_support_m) / self._spacing))
-            for side in (gate[0] - self._heard[0], self._heard[1] - gate[-1])
+            for side in (gate[0] - self._reach[0], self._reach[1] - gate[-1])
         )
         self._gates = slice(before, before + gate.size)
         self.raw_range = gate[0] + self._spacing * np.arange(-before, gate.size + after)
@@ -102,7 +102,7 @@ class Chirp:
     def response(self, range_m: ArrayLike) -> NDArray[np.complex128]:
         """Gates (n, gate) of unit reflectors at ranges (n,) m: as above, without the gathering's small error."""
         ranges = np.atleast_1d(np.asarray(range_m, dtype=np.float64))
-        heard = np.flatnonzero((ranges >= self._heard[0]) & (ranges <= self._heard[1]))
+        heard = np.flatnonzero((ranges >= self._reach[0]) & (ranges <= self._reach[1]))
         voltage = np.zeros((ranges.size, self._gates.stop - self._gates.start), dtype=np.complex128)
         size = max(1, _BLOCK // self._frequency.size)
         for some in (heard[first : first + size] for first in range(0, heard.size, size)):

@@ -50,7 +50,7 @@ def pulse_coherence(radar: RadarSettings) -> float:
     return float(np.exp(-(transmit_phase_error(radar) ** 2))) if measures_phase(radar) else 0.0
 
 
-def stray_within_pulse(radar: RadarSettings) -> float:
+def phase_drift_in_pulse(radar: RadarSettings) -> float:
     """Rms phase [rad] by which the carrier's jitter turns the echo across a pulse, 2πδ(t − τ), τ spread as the echo's
     power is; 0 of a coherent transmitter."""
     if radar.transmitter == "coherent":

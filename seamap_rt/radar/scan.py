@@ -130,7 +130,7 @@ class DwellBeams:
         offset = sweeps[self.looks, None] + dwell - column_sweep
         self._array = array
         self._cosine = -np.sin(np.radians(offset))[..., None] * level
-        self._heard = np.abs(offset)[..., None] <= reach
+        self._within_reach = np.abs(offset)[..., None] <= reach
         # Beyond it no cosine lies; the same for all columns, so that looks are alike to the last digits.
         self._span = float(np.sin(np.radians(min(90.0, reach + cell_azimuth_deg))))
         self._cuts: dict[object, NDArray[np.float64]] = {}
@@ -144,7 +144,7 @@ class DwellBeams:
             product = np.ones_like(self._cosine)
             for cut in cuts:
                 product = product * self._voltage(cut)
-            self._products[key] = _mean(product, self._heard)
+            self._products[key] = _mean(product, self._within_reach)
         return self._products[key]
 
     def _voltage(self, cut: Cut) -> NDArray[np.float64]:

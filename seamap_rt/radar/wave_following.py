@@ -66,7 +66,7 @@ class WaveFollowing:
         there = waves.amplitude * np.exp(1j * (k.east * start[0] + k.north * start[1]))
         response = np.stack((mean[0] * mean[1], 1j * ahead * lean[0] * mean[1], 1j * starboard * mean[0] * lean[1]))
         response = there * response
-        kept = _that_matter(np.abs(response) ** 2)
+        kept = _strongest_rows(np.abs(response) ** 2)
         self.omega = (waves.omega - k.east * velocity[0] - k.north * velocity[1])[kept]
         self.response = response[:, kept].T
         fastest = float(np.max(np.abs(self.omega), initial=0.0))
@@ -138,7 +138,7 @@ def _lean(phase: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def _that_matter(power: NDArray[np.float64]) -> NDArray[np.int64]:
+def _strongest_rows(power: NDArray[np.float64]) -> NDArray[np.int64]:
     """Numbers of the waves that remain when those are left out that hold least of all rows of power (row, wave)."""
     total = power.sum(axis=1, keepdims=True)
     share = np.max(power / np.where(total > 0.0, total, 1.0), axis=0, initial=0.0)

@@ -214,7 +214,7 @@ def _draw_in_time(axes: Axes, verified: VerifiedForecasts, lead_s: float, issue:
     forecasts = verified.forecasts.isel(place=0)
     lead = forecasts["lead"].values
     number = int(np.argmin(np.abs(lead - lead_s)))
-    time, truth = sea_that_came(verified)
+    time, truth = verified_sea(verified)
     moment = forecasts["issued"].values + lead[number]
     mean, std = _elevation(forecasts.isel(lead=number))
     axes.plot(time, truth, color=style.BLACK, linewidth=0.9, label="the sea that came")
@@ -323,7 +323,7 @@ def next_seconds(ahead: BoatForecast, came: Array | None = None, quiet: Array | 
     return figure
 
 
-def sea_that_came(verified: VerifiedForecasts) -> tuple[Array, Array]:
+def verified_sea(verified: VerifiedForecasts) -> tuple[Array, Array]:
     """True heights at the first place by time, of all forecasts together; of a moving boat as the last one that looked
     at a moment has it."""
     forecasts = verified.forecasts
@@ -341,7 +341,7 @@ def forecast_ahead(verified: VerifiedForecasts) -> bytes:
 def _frames(verified: VerifiedForecasts) -> Iterator[Image.Image]:
     forecasts = verified.forecasts.isel(place=0)
     lead, issued = forecasts["lead"].values, forecasts["issued"].values
-    time, truth = sea_that_came(verified)
+    time, truth = verified_sea(verified)
     limit = 1.25 * float(np.max(np.abs(truth)))
     figure = style.new_figure(2.2, dpi=_PIXELS / style.WIDTH)
     for number in range(0, issued.size, -(-issued.size // _MOST_FRAMES)):

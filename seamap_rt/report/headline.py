@@ -64,10 +64,10 @@ def verdict(metrics: Mapping[str, Any]) -> str:
         f", and {percent(gross)} of its heights are wrong by more than half the wave height" if gross > _GROSS else ""
     )
     more = "more than " if measured.get("reach_to_the_end") else ""
-    return f"Sees the waves out to {more}{reach:.0f} m{heights}: {worth_in_words(radius)}{blank}{wrong}."
+    return f"Sees the waves out to {more}{reach:.0f} m{heights}: {radius_in_words(radius)}{blank}{wrong}."
 
 
-def worth_in_words(radius_m: float) -> str:
+def radius_in_words(radius_m: float) -> str:
     """What a fully measured radius means."""
     return f"in all as much as a map without gaps or errors out to {radius_m:.0f} m (fully measured radius)"
 

@@ -18,7 +18,7 @@ from ..echoes.slow_time import interpolation_loss
 from ..echoes.speckle import speckle_truncation
 from ..physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
 from ..radar import link, precision
-from ..radar.receiver import stray_within_pulse
+from ..radar.receiver import phase_drift_in_pulse
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..scattering import MEAN_MODELS, mean_level, sea_state_from_wind
 from ..scattering.bragg import bragg_speed
@@ -92,7 +92,7 @@ def _no_geometry(case: Case) -> Iterator[Row]:
     if radar.receiver.chain != "digital":
         yield converter(case)
     if radar.transmitter == "magnetron" and radar.frequency_jitter_hz:
-        lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"
+        lost, error = phase_drift_in_pulse(radar) ** 2, "1 of the coherence between pulses"
         says = "phases that the carrier's jitter turns across a pulse: a gate's facets take that of its middle"
         yield row("a magnetron's jitter within a pulse", lost, error, "(2π δ s)², s of a gate's delays", says)
     if radar.scan == "staring":

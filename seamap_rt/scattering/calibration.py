@@ -93,7 +93,7 @@ def fit_scale(
     raw_sum, wanted_sum, area_sum, depth_sum, cosine_sum = (
         np.bincount(cell, weights=each.ravel(), minlength=members.size) for each in (power, wanted, area, depth, cosine)
     )
-    used = (wanted_sum > 0.0) & _in_lit_grazing_and_sector(np.reshape(raw_sum > 0.0, bins))
+    used = (wanted_sum > 0.0) & _neighbours_of_lit(np.reshape(raw_sum > 0.0, bins))
     if not np.any(raw_sum[used]):
         return _unity(limits, degree)
     ratio = raw_sum[used] / wanted_sum[used]
@@ -129,7 +129,7 @@ def _bin(value: NDArray[np.floating], count: int) -> NDArray[np.int32]:
     return np.clip(((value + 1.0) * (0.5 * count)).astype(np.int32), 0, count - 1)
 
 
-def _in_lit_grazing_and_sector(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _neighbours_of_lit(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which bins, flattened, share their grazing with some lit bin and their wind angle with some lit bin."""
     return np.logical_and.outer(lit.any(axis=1), lit.any(axis=0)).ravel()
 

@@ -176,7 +176,7 @@ class Scene(TableMixin, Section):
         ]
 
     @model_validator(mode="after")
-    def _sections_agree(self) -> Self:
+    def _check_sections(self) -> Self:
         from .agreement import disagreements
 
         if problems := disagreements(self):

@@ -76,9 +76,9 @@ class MovingField:
         self.base: Kind | None = kept_base(lattice, self._variance, base)
         self.time_step = time_step or longest_time_step(lattice, self._variance, self.base)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
-        self._keep_nothing()
+        self._clear()
 
-    def _keep_nothing(self) -> None:
+    def _clear(self) -> None:
         """Before the first call."""
         self._cache = KnotCache()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}

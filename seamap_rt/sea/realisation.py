@@ -66,7 +66,7 @@ def realize(
     if relaxation_rate is not None:
         base = RelaxedShift(relaxation_rate)
     if settings.model == "choppy":
-        random, scale = _keeping_height(random, regular)
+        random, scale = _restore_variance(random, regular)
     trains: list[WaveTrain] = [*(waves.train(height_error_m, base) for waves in random), *regular]
     resolved = resolved_facts(
         trains,
@@ -223,7 +223,7 @@ def _draw(
 _kept_plane_variance = lru_cache(maxsize=4)(plane_variance)  # for the next seed of a sea that does not fill the memory
 
 
-def _keeping_height(random: list[_Random], regular: list[RegularTrain]) -> tuple[list[_Random], float]:
+def _restore_variance(random: list[_Random], regular: list[RegularTrain]) -> tuple[list[_Random], float]:
     """Random waves made larger, so that displaced sideways they still have the variance over the ground."""
     expected = sum((waves.displacement(expected=True) for waves in random), Displacement.none())
     beside = sum((Displacement.of_regular(wave) for wave in regular), Displacement.none())

@@ -93,7 +93,7 @@ class RecordedField(MovingField):
             -1j * self.lattice.step * (file.west_m * np.arange(columns + 1) + file.south_m * self._rows[:, None])
         )
         self._sharpen = (turn / transform[np.abs(self._rows)]).astype(np.complex64)
-        self._keep_nothing()
+        self._clear()
         self._lock = Lock()
         self._spectra: OrderedDict[tuple[str, int], NDArray[np.complex64]] = OrderedDict()
         self._first = first_frame(file) if first is None else first

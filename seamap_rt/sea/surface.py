@@ -133,7 +133,7 @@ class Sea:
         values = self._sample(x, y, t, ("elevation", "slope_east", "slope_north"))
         return values[0], np.moveaxis(values[1:], 0, -1)
 
-    def everything(
+    def elevation_slopes_and_velocity(
         self, x: ArrayLike, y: ArrayLike, t: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Elevation (…) m, slopes (…, 2) and velocity (…, 3) m/s in one pass."""

@@ -77,7 +77,7 @@ class Sink(AbstractContextManager[Any], Protocol):
         """Take a turn, or raise and be as before it."""
         ...
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         """Forget the turn taken last: another sink could not take it."""
         ...
 
@@ -185,7 +185,7 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
                 for sink in sinks:
                     with clock(sink.stage):
                         sink.turn(turn)
-                    undo.callback(sink.take_back)
+                    undo.callback(sink.rollback)
                 undo.pop_all()
             timing = _added(turn.timing, clock.seconds)
             figures.append(TurnFigures(timing, turn.counts, turn.begun, time.perf_counter()))

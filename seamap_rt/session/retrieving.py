@@ -55,7 +55,7 @@ def retrieve_into(
     retrieval that are removed first. wait_s: how long to wait for a further turn. on_turn: is given each turn. The
     first two turns are inspected before anything is written: InputError for what is surely wrong, unless even_if_wrong.
     """
-    turns = iter(turns_as_they_come(opened, settings, wait_s))
+    turns = iter(follow_turns(opened, settings, wait_s))
     first = list(islice(turns, _JUDGED))
     if not first:
         raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
@@ -76,7 +76,7 @@ def retrieve_into(
     return RetrievalResult(folder / MAPS, findings, echoes)
 
 
-def turns_as_they_come(
+def follow_turns(
     opened: Callable[[], xr.Dataset],
     settings: Changes,
     wait_s: float = 0.0,

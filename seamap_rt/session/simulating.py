@@ -33,7 +33,7 @@ class _AppendableFile(AbstractContextManager[Any], Protocol):
 
     def append(self, data: Any, /) -> None: ...
 
-    def take_back(self) -> None: ...
+    def rollback(self) -> None: ...
 
 
 class FileSink(Sink):
@@ -46,8 +46,8 @@ class FileSink(Sink):
     def turn(self, turn: FinishedTurn) -> None:
         self._file.append(self._select(turn))
 
-    def take_back(self) -> None:
-        self._file.take_back()
+    def rollback(self) -> None:
+        self._file.rollback()
 
     def __enter__(self) -> Self:
         self._file.__enter__()
@@ -91,7 +91,7 @@ class ImageSink(Sink):
         write_polar_image(path, polar_image(turn.echoes, self._radar, self._said))
         self._last = path
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         assert self._last is not None
         self._last.unlink()
 
@@ -121,7 +121,7 @@ class Memory(Sink):
         self._echoes.append(turn.echoes)
         self._truth.append(turn.truth)
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         self._echoes.pop()
         self._truth.pop()
 

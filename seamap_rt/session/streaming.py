@@ -165,7 +165,7 @@ class StreamSink(Sink):
         polar = turn.maps["polar"].to_dataset().isel(turn=0)
         self._broadcast.send(self._line(self._composer.compose(turn.echoes, polar, self._source.latest)))
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         """What was sent was sent."""
 
 

@@ -74,11 +74,11 @@ class ForecastSink:
         self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
 
-    def take_back(self) -> None:
+    def rollback(self) -> None:
         """Forget the last turn's forecast. The predictor goes no further: the run ends where a turn is taken back."""
         if self._issued and self._issued[-1][0] == self._number:
             self._issued.pop()
-            self._file.take_back()
+            self._file.rollback()
 
     def verified(self) -> VerifiedForecasts | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
@@ -177,7 +177,7 @@ def run(
         truth_file = AppendableNetCDF(folder / "truth.nc")
         also = (*(["gauges.nc"] if scene.gauges else []), *(["prediction.nc"] if predict else []))
         files = ("truth.nc", "maps.nc", *also, "echoes.zarr")
-        with _stating_what_is_left(truth_file, scene.turns), growing(folder, files):
+        with _report_remaining(truth_file, scene.turns), growing(folder, files):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
             if ahead is not None and stream is not None:
@@ -257,7 +257,7 @@ def _file_sinks(
 
 
 @contextmanager
-def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
+def _report_remaining(file: AppendableNetCDF, turns: int) -> Iterator[None]:
     """An interruption, or a full disk, with a message of what is left."""
     try:
         yield

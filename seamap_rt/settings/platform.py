@@ -116,7 +116,7 @@ class PlatformSettings(Section):
     """The motion sensors, `[platform.sensors]`."""
 
     @model_validator(mode="after")
-    def _motion_and_its_keys_agree(self) -> Self:
+    def _check_motion_keys(self) -> Self:
         if (self.motion == "file") != bool(self.file):
             raise ValueError("give motion = 'file' and file = '…' together: one says what the other is for")
         if self.motion == "file" and (self.speed_m_s or self.list_deg or self.trim_deg):
@@ -203,7 +203,7 @@ class GaugeSettings(Section):
     """Readings a second of the wire; one rate for all gauges."""
 
     @model_validator(mode="after")
-    def _position_is_given_once(self) -> Self:
+    def _check_position(self) -> Self:
         square = (self.east_m is not None, self.north_m is not None)
         polar = (self.ground_range_m is not None, self.azimuth_deg is not None)
         if (all(square), any(polar)) != (True, False) and (any(square), all(polar)) != (False, True):

@@ -84,7 +84,7 @@ class RetrievalSettings(Section):
     """Side of a ground cell."""
 
     @model_validator(mode="after")
-    def _a_current_has_speed_and_direction(self) -> Self:
+    def _check_current(self) -> Self:
         if (self.current_m_s is None) != (self.current_toward_deg is None):
             raise ValueError("give current_m_s and current_toward_deg together: a current has a speed and a direction")
         return self
@@ -128,7 +128,7 @@ class VesselSettings(Section):
     `sides_and_ends` bow like stern too, with `round` all directions are alike, and one is enough."""
 
     @model_validator(mode="after")
-    def _sizes_are_those_of_the_shape(self) -> Self:
+    def _check_shape_sizes(self) -> Self:
         needed = {"disc": ("beam_m", "draught_m"), "box": ("length_m", "beam_m", "draught_m"), "file": ("file",)}
         also = {"box": ("roll_period_s",), "file": ("body", "symmetry")}
         mine = needed.get(self.shape, ())
@@ -204,7 +204,7 @@ class PredictionSettings(Section):
     """What counts as quiet."""
 
     @model_validator(mode="after")
-    def _motions_are_of_a_vessel(self) -> Self:
+    def _check_motions(self) -> Self:
         motions = sorted(set(self.quiet.limits) & {"heave", "roll", "pitch"})
         if motions and self.vessel.shape == "none":
             raise ValueError(f"quiet limits {motions[0]}, but there is no vessel; give vessel.shape")

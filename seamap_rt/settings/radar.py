@@ -57,7 +57,7 @@ class AntennaSettings(Section):
     """Inner width of the waveguide."""
 
     @model_validator(mode="after")
-    def _file_goes_with_its_pattern(self) -> Self:
+    def _check_pattern_file(self) -> Self:
         if (self.pattern == "file") != bool(self.file):
             raise ValueError("give pattern = 'file' and file = '…' together: one says what the other is for")
         return self
@@ -254,7 +254,7 @@ class RadarSettings(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _antennas_are_like_the_common_one(cls, tree: object) -> object:
+    def _apply_common_antenna(cls, tree: object) -> object:
         if not isinstance(tree, dict) or not isinstance(tree.get("antennas"), list | tuple):
             return tree
         common, placed = _as_table(tree.get("antenna", {})), [_as_table(entry) for entry in tree["antennas"]]

@@ -102,7 +102,7 @@ class SpectralWaves(SpreadWaves):
     """Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with `fetch_m`)."""
 
     @model_validator(mode="after")
-    def _size_is_given_once(self) -> Self:
+    def _check_size(self) -> Self:
         by_height = (self.significant_wave_height_m is not None, self.peak_period_s is not None)
         by_wind = self.wind_speed_m_s is not None
         if by_wind == all(by_height) or any(by_height) != all(by_height):
@@ -131,7 +131,7 @@ class GrowingWaves(SpectralWaves):
     """Distance over which the wind has blown; together with `wind_speed_m_s`."""
 
     @model_validator(mode="after")
-    def _wind_needs_fetch(self) -> Self:
+    def _check_fetch(self) -> Self:
         if (self.wind_speed_m_s is None) != (self.fetch_m is None):
             raise ValueError("give wind_speed_m_s and fetch_m together: jonswap and tma by wind need both")
         return self
@@ -175,7 +175,7 @@ class ElfouhailyWaves(SpreadWaves):
     """U10 over the phase speed of the spectrum's peak; in place of `fetch_m`."""
 
     @model_validator(mode="after")
-    def _age_is_given_once(self) -> Self:
+    def _check_age(self) -> Self:
         if self.inverse_wave_age is not None and self.fetch_m is not None:
             raise ValueError("give fetch_m or inverse_wave_age, not both: each says how old the sea is")
         return self
@@ -216,7 +216,7 @@ class FileWaves(RandomWaves):
     3 (4 to 5 is usual)."""
 
     @model_validator(mode="after")
-    def _tail_holds_little(self) -> Self:
+    def _check_tail(self) -> Self:
         if 0.0 < self.tail_exponent < 3.0:
             raise ValueError(
                 f"tail_exponent = {self.tail_exponent:g}: must be 0 or at least 3 (a flatter tail would hold most "
@@ -306,7 +306,7 @@ class SeaSettings(Section):
         return self
 
     @model_validator(mode="after")
-    def _recorded_somewhere(self) -> Self:
+    def _check_recording(self) -> Self:
         if self.model == "recorded" and not self.file:
             raise ValueError("model = 'recorded': needs `file`, the recorded sea; name it")
         if self.model == "recorded" and not any(isinstance(waves, RandomWaves) for waves in self.waves):

@@ -225,7 +225,7 @@ def on_local_cluster(workers: int | None) -> Iterator[Callable[[list[Task]], Ite
             if not clients:
                 clients.append(stack.enter_context(local_client(min(most, len(tasks)))))
             try:
-                yield from answers_from(clients[0], tasks)
+                yield from gather_results(clients[0], tasks)
             except BaseException:  # left in the middle: what workers do from here on would belong to nobody
                 clients.clear()
                 stack.close()
@@ -234,7 +234,7 @@ def on_local_cluster(workers: int | None) -> Iterator[Callable[[list[Task]], Ite
         yield answers
 
 
-def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
+def gather_results(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
     """What comes of the tasks, in the order in which workers finish them.
 
     No more tasks are with the scheduler than there are workers: one that crashes takes no other point with it, and an

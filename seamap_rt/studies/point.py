@@ -54,7 +54,7 @@ class SimulatorCache:
         from ..simulation import Simulator  # takes half a second
 
         before = self._taken()
-        sea = before.sea if before is not None and before.has_sea_of(scene) else None
+        sea = before.sea if before is not None and before.shares_sea_with(scene) else None
         rays = before.ray_scenes if before is not None else None
         del before  # before the next sea takes memory
         simulator = Simulator(scene, sea, rays)

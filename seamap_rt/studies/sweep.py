@@ -292,13 +292,13 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if workers == 0:
         yield _here
         return
-    from .cluster import answers_from, existing_client, on_local_cluster, refuse_while_spawned  # takes a second
+    from .cluster import existing_client, gather_results, on_local_cluster, refuse_while_spawned  # takes a second
 
     if client is not None:
-        yield partial(answers_from, client)
+        yield partial(gather_results, client)
     elif scheduler is not None:
         with existing_client(scheduler) as result:
-            yield partial(answers_from, result)
+            yield partial(gather_results, result)
     else:
         refuse_while_spawned()
         with on_local_cluster(workers) as result:

@@ -20,10 +20,10 @@ from ..physics.dispersion import angular_frequency
 from ..physics.shadowing import (
     LEVELS_DB,
     half_range,
+    half_range_refusal,
     regular_wave_visible_share,
     shadowing_smith67,
     shadowing_wagner67,
-    why_no_half,
 )
 from ..products.statistics import expected_slope_variance
 from ..report.reduce import main_waves
@@ -282,7 +282,7 @@ def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dat
         "radar_r50": ((*radar, "group"), jackknife(lambda mean: half_range(middle, mean), answering, (0.0, np.inf))),
     }.items():
         values |= {f"{name}{end}": (dims, each) for end, each in zip(("", "_low", "_high"), three, strict=True)}
-    notes = [OUTSIDE if np.isnan(each).all() else why_no_half(middle, each) for each in visible[0]]
+    notes = [OUTSIDE if np.isnan(each).all() else half_range_refusal(middle, each) for each in visible[0]]
     values["r50_note"] = ("group", [mast.reason or note for note in notes])
     values["slope_rms"] = ("group", slope)
     for name in FUNCTIONS:

@@ -154,7 +154,7 @@ def _fill_hiding(begin, end, sheet, passing, hiding):
     low, before, beyond, closest, furthest, first, second = np.empty((7, rungs))
     turned, near, far = np.empty((3, rungs), dtype=np.bool_)
     for n in range(begin, end):
-        _look_around(n, height, facing, start, straying, low, turned)
+        _find_horizon(n, height, facing, start, straying, low, turned)
         for rung in range(rungs):
             near[rung] = far[rung] = rung < start
         for antenna in range(lowest.shape[0]):
@@ -183,7 +183,7 @@ def _fill_hiding(begin, end, sheet, passing, hiding):
 
 
 @compiled
-def _look_around(n, height, facing, start, straying, low, turned):
+def _find_horizon(n, height, facing, start, straying, low, turned):
     """Fill low (rung), the lowest line that a ray may cross there, −∞ beside the sheet, and turned (rung): some facet
     that it may cross may turn away."""
     columns, rungs = facing.shape[0], low.size

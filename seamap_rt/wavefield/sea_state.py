@@ -209,7 +209,7 @@ class TurnSpectrum:
         moment = self.spectrum.direction(1)
         error = self.spectrum.peak_line_width
         figures = {"peak_period": 1.0 / peak, "peak_period_std": error / peak**2}
-        if not self.way_known:
+        if not self.direction_known:
             return figures
         return figures | {
             "mean_direction": float(np.degrees(np.angle(moment)) + 180.0) % 360.0,
@@ -220,7 +220,7 @@ class TurnSpectrum:
         return np.interp(wavenumber, self.spectrum.ring_wavenumber, self.transfer)
 
     @property
-    def way_known(self) -> bool:
+    def direction_known(self) -> bool:
         """Whether the water's velocity says which way the waves run."""
         return bool(np.isfinite(self.direction.wave_from_deg))
 

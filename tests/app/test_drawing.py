@@ -155,12 +155,12 @@ def test_no_process_outlives_a_page_that_is_killed(tmp_path: Path) -> None:
     page.wait(10.0)
     page.stdout.close()
     until = time.monotonic() + 20.0
-    while _lives(child) and time.monotonic() < until:
+    while _is_alive(child) and time.monotonic() < until:
         time.sleep(0.05)
-    assert not _lives(child)
+    assert not _is_alive(child)
 
 
-def _lives(pid: int) -> bool:
+def _is_alive(pid: int) -> bool:
     try:
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:

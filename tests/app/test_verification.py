@@ -12,7 +12,7 @@ from made_folders import OFFSET_M, STATED_M, forecasts
 from seamap_rt.app.forecast_view import Verification, verify_folder, verify_forecasts
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
-from seamap_rt.report.forecast_figures import by_lead, sea_that_came
+from seamap_rt.report.forecast_figures import by_lead, verified_sea
 from seamap_rt.scene import load_scene
 
 
@@ -45,7 +45,7 @@ def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Verificat
 
 
 def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Verification) -> None:
-    time, height = sea_that_came(found.verified)
+    time, height = verified_sea(found.verified)
     assert time[0] == 1.0
     assert time.size == 22  # whole seconds from the first issue to the last one's last lead
     later = np.searchsorted(

@@ -15,7 +15,7 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.errors import InputError
 from seamap_rt.io.echo_store import EchoStore
-from seamap_rt.session.retrieving import turns_as_they_come
+from seamap_rt.session.retrieving import follow_turns
 from seamap_rt.settings import RetrievalSettings
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
@@ -103,7 +103,7 @@ def test_turns_that_come_later_are_retrieved_once_each(echoes: xr.Dataset) -> No
 
     came = [
         int(turn.maps["polar"].to_dataset()["turn"].values[0])
-        for turn in turns_as_they_come(opened, SLIM, 3.0, clock=lambda: now[0], sleep=sleep)
+        for turn in follow_turns(opened, SLIM, 3.0, clock=lambda: now[0], sleep=sleep)
     ]
     assert came == [0, 1, 2]
     assert now[0] < 10.0  # and it ends
@@ -116,9 +116,7 @@ def test_a_file_that_stays_unreadable_is_an_error_in_the_end() -> None:
         raise InputError("no file")
 
     with pytest.raises(InputError, match="no file"):
-        list(
-            turns_as_they_come(opened, SLIM, 2.0, clock=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + s))
-        )
+        list(follow_turns(opened, SLIM, 2.0, clock=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + s)))
 
 
 def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> None:

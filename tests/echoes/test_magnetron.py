@@ -15,7 +15,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.receiving import Magnetron
 from seamap_rt.radar.installation import Installation
-from seamap_rt.radar.receiver import MOST_STRAY, pulse_coherence, stray_within_pulse
+from seamap_rt.radar.receiver import MOST_STRAY, phase_drift_in_pulse, pulse_coherence
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
@@ -216,8 +216,8 @@ def test_the_stray_within_a_pulse_is_kept_small() -> None:
     response = sr.radar.waveform.RangeResponse.of(radar)
     power = response(0.5 * SPEED_OF_LIGHT * fine) ** 2
     law = 2.0 * np.pi * 1e6 * np.sqrt(power @ fine**2 / power.sum())
-    assert stray_within_pulse(radar) == pytest.approx(law, rel=1e-3)
-    assert stray_within_pulse(RadarSettings(frequency_jitter_hz=1e6)) == 0.0
+    assert phase_drift_in_pulse(radar) == pytest.approx(law, rel=1e-3)
+    assert phase_drift_in_pulse(RadarSettings(frequency_jitter_hz=1e6)) == 0.0
     most = 1e6 * MOST_STRAY / law
     with pytest.raises(sr.InputError, match=r"^radar.frequency_jitter_hz = .* must be at most 2.63"):
         sr.load_scene("tiny", {"radar.transmitter": "magnetron", "radar.frequency_jitter_hz": 1.05 * most})

@@ -18,7 +18,7 @@ from seamap_rt.echoes.speckle import (
     speckle_truncation,
 )
 from seamap_rt.echoes.summation import ListedFacets
-from seamap_rt.echoes.turn import ReceiveGeometry, best_towards_any_gate
+from seamap_rt.echoes.turn import ReceiveGeometry, peak_gate_voltage
 from seamap_rt.radar.installation import Installation
 
 NODES, SPACING_S, K = 21, 8e-4, 209.6
@@ -80,7 +80,7 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
         batch.columns.begin_s[:, None] + hearing.nodes.spacing_s * np.arange(hearing.window)
     )
     nearest = hearing.tabulated.samples.range[0]
-    best = best_towards_any_gate(hearing.beams, turned, hearing.across, radar.height_m, nearest)
+    best = peak_gate_voltage(hearing.beams, turned, hearing.across, radar.height_m, nearest)
     assert np.all(voltage.max(axis=0)[inside] <= best[inside] + 5e-3)  # of a yaw's own turning, which is not reckoned
     assert platform is not None or np.all(voltage.max(axis=0)[inside] >= best[inside] - 0.05)
 

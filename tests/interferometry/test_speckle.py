@@ -12,8 +12,8 @@ from scipy.stats import t as student
 from seamap_rt.interferometry.speckle import (
     estimation_doubt,
     incoherent_power,
-    kept_between,
     phase_variances,
+    pulse_coherence_kept,
     wrapped_variance,
 )
 from seamap_rt.interferometry.windows import Covariance
@@ -211,7 +211,7 @@ def test_what_moves_between_pulses_is_not_incoherent(rate: float, width: float) 
     power = np.full((1, 1), np.mean(np.abs(volts[1]) ** 2))
     cross = np.mean(0.5 * volts[1] * (upper[0] + upper[1]).conj(), keepdims=True)
     lag = Covariance(np.mean(volts[2] * volts[0].conj(), keepdims=True), power, power)
-    kept = kept_between(lag, 0.0, 0.5)
+    kept = pulse_coherence_kept(lag, 0.0, 0.5)
     lost = (rate**2 + width**2) * interval**2
     found = incoherent_power(Covariance(cross, power, power), 0.0, 1e6, kept) / power
     assert found == pytest.approx(0.01, abs=0.002 + 0.03 * lost)

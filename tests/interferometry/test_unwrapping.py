@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
-from seamap_rt.interferometry.ambiguity import HeightEstimate, ResolvedSea, doubtful_cycle, needed, resolve, sea_size
+from seamap_rt.interferometry.ambiguity import CycleEstimate, HeightEstimate, doubtful_cycle, needed, resolve, sea_size
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m
@@ -30,7 +30,7 @@ def sea(size: float, turned: float = 0.0) -> NDArray[np.float64]:
 
 def solve(
     height: NDArray[np.float64], noise: float = 0.2, known: NDArray[np.bool_] | None = None, *expected: HeightEstimate
-) -> tuple[ResolvedSea, NDArray[np.float64]]:
+) -> tuple[CycleEstimate, NDArray[np.float64]]:
     """Resolve noisy phases of those heights, of phase slope 1/GAIN; also how many cycles each cell is off."""
     known = np.ones(height.shape, bool) if known is None else known
     phase = height / GAIN + noise * RNG.normal(size=height.shape)

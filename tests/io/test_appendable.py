@@ -143,7 +143,7 @@ def test_a_turn_that_is_given_back_goes(alone: Alone, tmp_path: Path, file: str,
                     file.append({made})
                 if given_back:
                     file.append({made})
-                    file.take_back()
+                    file.rollback()
             Path("it.nc").rename(f"{{given_back}}.nc")
         """
     )

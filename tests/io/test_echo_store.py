@@ -104,7 +104,7 @@ def test_anyone_may_open_it_plainly_also_while_it_grows(tmp_path: Path) -> None:
                 _lengthened(path, "voltage")  # the next turn has begun
                 xr.testing.assert_identical(xr.open_zarr(path).load(), found)
                 _lengthened(path, "voltage", -7)
-            growing.take_back()
+            growing.rollback()
             found = xr.open_zarr(path)
             assert (found.attrs["complete_turns"], found.sizes["pulse"]) == (1, pulses)
             growing.append(turn(1))

@@ -105,7 +105,7 @@ def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, mon
                 file.append(tree(turn))
                 snapshots.whole = file.complete
             file.append(tree(3))
-            file.take_back()
+            file.rollback()
             snapshots.take()
     assert len(snapshots.taken) > 20
     assert recovered(snapshots, more=1) == {1, 2, 3, 4}  # the turn that is taken back is whole for a while

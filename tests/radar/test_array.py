@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from seamap_rt.radar.array import antenna_array, as_it_looks, common_squint_deg, squint_deg
+from seamap_rt.radar.array import antenna_array, common_squint_deg, squint_deg, with_scanned_sector
 from seamap_rt.settings import RadarSettings
 
 TWO = ("both", "both")
@@ -167,14 +167,14 @@ def test_squint_turns_the_sector_that_is_seen(frequency: float) -> None:
     radar = end_fed(frequency, sector_deg=[30.0, 90.0])
     squint = squint_deg(radar.antenna, frequency)
     assert np.sign(squint) == np.sign(frequency - 10e9)
-    seen = as_it_looks(radar)
+    seen = with_scanned_sector(radar)
     assert_allclose(seen.sector_deg, (30.0 + squint, 90.0 + squint), rtol=1e-15)
     assert seen.model_copy(update={"sector_deg": radar.sector_deg}) == radar
 
 
 def test_without_squint_the_radar_is_left_as_it_is() -> None:
     radar = end_fed(10e9)
-    assert as_it_looks(radar) is radar
+    assert with_scanned_sector(radar) is radar
     assert common_squint_deg(RadarSettings()) == 0.0
 
 

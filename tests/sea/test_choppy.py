@@ -226,7 +226,7 @@ def test_the_surface_passes_through_its_own_water():
 def test_answers_do_not_depend_on_what_else_is_asked():
     sea = realize(choppy(jonswap()), seed=1)
     x, y = np.random.default_rng(1).uniform(-100.0, 100.0, (2, 3000))
-    elevation, slopes, velocity = sea.everything(x, y, 0.3)
+    elevation, slopes, velocity = sea.elevation_slopes_and_velocity(x, y, 0.3)
     np.testing.assert_array_equal(sea.elevation(x[::-3], y[::-3], 0.3), elevation[::-3])
     np.testing.assert_array_equal(sea.slopes(x[5], y[5], 0.3), slopes[5])
     np.testing.assert_array_equal(sea.velocity(x[7:9], y[7:9], 0.3), velocity[7:9])

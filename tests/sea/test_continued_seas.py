@@ -61,7 +61,7 @@ def test_a_known_wave_comes_back(beyond: str, path: str) -> None:
     sea, file = sea_of(path, beyond), recorded_sea(path)
     for reach, of_flow in ((REACH_M, 0.05), (0.4 * REACH_M, 0.01)):
         x, y, t = places(sea, reach)
-        elevation, slopes, velocity = sea.everything(x, y, t)
+        elevation, slopes, velocity = sea.elevation_slopes_and_velocity(x, y, t)
         t = t + start(file)
         assert rms(elevation - WAVE.elevation(x, y, t)) < 1e-3 * WAVE.amplitude
         assert rms(slopes - WAVE.slopes(x, y, t)) < 1e-2 * WAVE.amplitude * WAVE.k
@@ -96,7 +96,7 @@ def test_a_mirrored_sea_goes_on_without_a_step_and_its_slopes_change_sign(path: 
     sea = sea_of(path, "mirrored")
     _, y, t = places(sea, 55.0)
     for away in (0.01, 0.5, 3.0, 17.0):
-        near, far = (sea.everything(EDGE_M + side * away, y, t) for side in (-1.0, 1.0))
+        near, far = (sea.elevation_slopes_and_velocity(EDGE_M + side * away, y, t) for side in (-1.0, 1.0))
         np.testing.assert_allclose(far[0], near[0], atol=1e-4 * WAVE.amplitude)
         np.testing.assert_allclose(far[1] * [-1.0, 1.0], near[1], atol=2e-3 * WAVE.amplitude * WAVE.k)
         np.testing.assert_allclose(far[2] * [-1.0, 1.0, 1.0], near[2], atol=1e-3 * WAVE.amplitude * WAVE.omega)
@@ -105,7 +105,7 @@ def test_a_mirrored_sea_goes_on_without_a_step_and_its_slopes_change_sign(path: 
 def test_a_level_sea_is_level_and_begins_without_a_step(path: str) -> None:
     sea = sea_of(path, "level")
     _, y, t = places(sea, 200.0)
-    for values in sea.everything(EDGE_M + 0.5, y, t):
+    for values in sea.elevation_slopes_and_velocity(EDGE_M + 0.5, y, t):
         assert not values.any()
     edge = sea.elevation(EDGE_M - 0.01, y, t)
     assert np.abs(edge).max() < 1e-2 * WAVE.amplitude  # the rim's cosine ends at the last point, and rings half on

@@ -107,7 +107,7 @@ def test_all_that_may_be_asked_gives_finite_numbers(name):
     sea = realize(asked, 1)
     x, y = np.random.default_rng(1).uniform(-2e3, 2e3, (2, 40))
     for t in (0.0, -3600.0, HALF_DAY):
-        elevation, slopes, velocity = sea.everything(x, y, t)
+        elevation, slopes, velocity = sea.elevation_slopes_and_velocity(x, y, t)
         for values in (elevation, slopes, velocity, sea.elevation_rate(x, y, t)):
             assert np.all(np.isfinite(values))
         # A surface within six standard deviations of what is told, with a factor for one seed's own variance.

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.errors import InputError
-from seamap_rt.physics.shadowing import half_range, why_no_half
+from seamap_rt.physics.shadowing import half_range, half_range_refusal
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.shadowing import headlines, shadowing, shadowing_by_cutoff, write_shadowing
 from seamap_rt.studies.visible_dataset import count_quantile, jackknife, neighbour_correlation
@@ -178,10 +178,10 @@ def test_the_half_range_of_a_smooth_curve(half: float) -> None:
 
 
 def test_why_there_is_no_half_range() -> None:
-    assert "nothing is shadowed" in why_no_half(BINS, np.ones(BINS.size))
-    assert "half or more is visible to 395 m" in why_no_half(BINS, np.full(BINS.size, 0.9))
-    assert "less than half is visible from 15 m" in why_no_half(BINS, np.full(BINS.size, 0.3))
-    assert why_no_half(BINS, 1.0 / (1.0 + BINS / 100.0)) == ""
+    assert "nothing is shadowed" in half_range_refusal(BINS, np.ones(BINS.size))
+    assert "half or more is visible to 395 m" in half_range_refusal(BINS, np.full(BINS.size, 0.9))
+    assert "less than half is visible from 15 m" in half_range_refusal(BINS, np.full(BINS.size, 0.3))
+    assert half_range_refusal(BINS, 1.0 / (1.0 + BINS / 100.0)) == ""
 
 
 def test_neighbours_that_share_their_crests_are_not_independent() -> None:

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -198,7 +198,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", action="append", choices=("usable", "consequences", "turn", "scrub", "beside"))
     only = parser.parse_args().only
-    wanted: Callable[[str], bool] = lambda name: not only or name in only  # noqa: E731
+
+    def wanted(name: str) -> bool:
+        return not only or name in only
+
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     if wanted("usable"):
         print(usable())

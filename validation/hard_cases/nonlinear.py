@@ -32,11 +32,11 @@ def nonlinear_seas(effort: Effort) -> list[Finding]:
             {"extent_m": 95.0, "depth_m": depth, "waves": [{**waves, "peak_period_s": 5.5, "wave_from_deg": 270.0}]}
         )
         plan = Plan(settings, realize(settings, seed=1))
-        rows += list(_lives(name, minutes, plan))
+        rows += list(_is_alive(name, minutes, plan))
     return rows
 
 
-def _lives(name: str, minutes: float, plan: Plan) -> Iterator[Finding]:
+def _is_alive(name: str, minutes: float, plan: Plan) -> Iterator[Finding]:
     evolution = plan.evolution(0.0, 0.5)
     begin = evolution.advanced(plan.beginning(evolution), plan.steps_before(evolution.step))
     half = round(30.0 * minutes / evolution.step)

@@ -98,9 +98,9 @@ def _flow(made: dict[str, Scene]) -> None:
     random = np.random.default_rng(1)
     x, y = random.uniform(-0.5 * _SIDE_M, 0.5 * _SIDE_M, (2, 60_000))
     t = random.uniform(0.0, 1.5, x.size)
-    true = seas["whole"].everything(x, y, t)
+    true = seas["whole"].elevation_slopes_and_velocity(x, y, t)
     for name in ("level", "mirrored"):
-        away, made_ = _inside(seas[name], x, y), seas[name].everything(x, y, t)
+        away, made_ = _inside(seas[name], x, y), seas[name].elevation_slopes_and_velocity(x, y, t)
         print(f"{name}: errors of elevation, slope and flow, rms over their own, by metres to what is not judged")
         for low, high in pairwise(_EDGES_M):
             here = (away >= low) & (away < high)
