@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-_INSTALLED = Path(__file__).parent / "_judges"  # where a wheel holds the package `validation`
+from .errors import InputError
+
+_INSTALLED = Path(__file__).parent / "_judges"  # what a wheel calls the package `validation`
 
 
 def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
@@ -31,7 +32,11 @@ def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], A
 
 
 def judge(name: str) -> Any:
-    """A module of the package `validation`, which lies beside this one in a checkout. Raises ImportError without it."""
-    if _INSTALLED.is_dir() and str(_INSTALLED) not in sys.path:
-        sys.path.insert(0, str(_INSTALLED))
-    return import_module(f"validation.{name}")
+    """A module of the package `validation`, which lies beside this one in a checkout. Raises InputError without it."""
+    try:
+        return import_module(f"{__package__}._judges.{name}" if _INSTALLED.is_dir() else f"validation.{name}")
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"{name}: Python finds another package `validation` before this program's, or none ({error}); run from "
+            "another folder, or take that one off PYTHONPATH"
+        ) from None

@@ -2,14 +2,16 @@
 
 python -m validation.kills [--kills 120] [--seed 1] [--only COMMAND]
 
-Commands: `run` with rays, `run` with the horizon tracer, `trade` on two processes, `validate` with short cases.
+Commands: `run` with rays, `run` with the horizon tracer, `retrieve` of that run's echoes, `sea` with a nonlinear sea,
+`trade` on two processes, `validate` with short cases.
 Signals: SIGKILL, SIGTERM, SIGINT. The instants are uniform over the time that the command takes when it is left alone.
 After each:
 
 - after SIGTERM and SIGINT: exit code 130 and one line on stderr, or the command had ended, with 0 and none;
-- after SIGKILL of a run that had begun to write: the next run is refused in a line that names `recover`, which works;
+- after SIGKILL of a run that had begun to write: the next one is refused in a line that names `recover`, which works,
+  or `--resume`;
 - by its own name each product opens, all of a run hold as many turns, and these have the bits of the run left alone;
-- the same command again (`trade` with --resume where it can) gives the same bits as when it is left alone;
+- the same command again (`trade` and `sea` with --resume where they can) gives the same bits as when left alone;
 - no process of it lives on, and nothing is left in the temporary folder or hidden beside the results.
 
 The runs draw no pictures: these take most of the time, and are drawn when what grows is closed. And their start is that
@@ -33,6 +35,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -42,12 +45,13 @@ import xarray as xr
 
 from seamap_rt.cli import main as seamap_rt
 
-from .same_bits import arrays
+from .same_bits import PRODUCTS, arrays
 
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 _SMALL = {"radar.sector_deg": "[260,275]", "radar.range_m": "[15,60]", "sea.extent_m": "180"}
 _CASES = ("slopes_of_the_sea", "tilted_plane", "wavespectra_library", "dispersion_of_the_sea")
 _TURNS = 6
+_ECHOES = "recorded/echoes.zarr"
 _LIMIT_S = 120.0  # of a command, and of what lives on after it: 10 s
 _ORPHANS_S = 10.0
 _FIRST_S = 0.005  # after the program says that it begins: its handlers are set by then
@@ -56,7 +60,7 @@ _PROGRAM = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 told = int(sys.argv.pop(1))
-if sys.argv[1] == "run":
+if sys.argv[1] in ("run", "retrieve"):
     from seamap_rt.report import page
     page.pictures = lambda *_: ()
 from seamap_rt.cli import main
@@ -98,29 +102,43 @@ def _settings(**more: str) -> tuple[str, ...]:
     return tuple(part for key, value in pairs.items() for part in ("--set", f"{key}={value}"))
 
 
-def commands(turns: int = _TURNS) -> dict[str, Command]:
-    """The commands by name."""
+def commands(home: Path, turns: int = _TURNS) -> dict[str, Command]:
+    """The commands by name. home: of the run whose echoes are retrieved, see `record`."""
     run = ("run", "tiny", "--turns", str(turns))
+    wrong_run = partial(_wrong_run, PRODUCTS)
     trade = ("trade", "tiny", *_settings(tracing__tracer="horizon"), "--vary", "radar.height_m=4,6", "--seeds", "2")
     cases = tuple(part for case in _CASES for part in ("--only", case))
+    sea = ("sea", "tiny", "--nonlinear", "--order", "2", "--times", "0:30:0.25")
     return {
         each.name: each
         for each in (
-            Command("run, rays", (*run, *_settings(tracing__tracer="facets")), _run_bits, _wrong_run, _anew),
-            Command("run, horizon", (*run, *_settings(tracing__tracer="horizon")), _run_bits, _wrong_run, _anew),
+            Command("run, rays", (*run, *_settings(tracing__tracer="facets")), _run_bits, wrong_run, _anew),
+            Command("run, horizon", (*run, *_settings(tracing__tracer="horizon")), _run_bits, wrong_run, _anew),
+            Command("retrieve", ("retrieve", str(home / _ECHOES)), _map_bits, partial(_wrong_run, ("maps.nc",)), _anew),
+            Command("sea", sea, _sea_bits, _wrong_sea, _continue_sea),
             Command("trade", (*trade, "--workers", "2"), _trade_bits, _wrong_trade, _go_on),
             Command("validate", ("validate", *cases), _validate_bits, _wrong_validation, _anew),
         )
     }
 
 
+def record(home: Path) -> None:
+    """Make the echoes that are retrieved."""
+    code, _, said = call(("run", "tiny", "--turns", str(_TURNS), *_settings(), "--out", str((home / _ECHOES).parent)))
+    if code:
+        raise RuntimeError(f"run: ended with {code}: {said}")
+
+
 def _run_bits(out: Path) -> dict[str, Any]:
     return dict(arrays(out))
 
 
-def _wrong_run(out: Path, alone: dict[str, Any]) -> Iterator[str]:
+def _map_bits(out: Path) -> dict[str, Any]:
+    return dict(arrays(out, ("maps.nc",)))
+
+
+def _wrong_run(names: tuple[str, ...], out: Path, alone: dict[str, Any]) -> Iterator[str]:
     """The products that are there have one number of turns, and the bits of the run left alone."""
-    names = ("echoes.zarr", "maps.nc", "truth.nc")
     there = [name for name in names if (out / name).exists()]
     if not there:
         if (out / "scene.toml").exists():
@@ -129,9 +147,8 @@ def _wrong_run(out: Path, alone: dict[str, Any]) -> Iterator[str]:
     if len(there) < len(names):
         yield f"only {', '.join(there)}"
         return
-    found = _run_bits(out)
-    turns = {name: len(found[name]) for name in ("maps.nc/polar turn", "maps.nc/ground turn", "truth.nc/polar turn")}
-    turns["echoes turn"] = len(np.unique(found["echoes turn"]))
+    found = dict(arrays(out, names))
+    turns = {name: len(np.unique(values)) for name, values in found.items() if name.endswith(" turn")}
     if len(set(turns.values())) > 1 or 0 in turns.values():
         yield f"unlike numbers of turns: {turns}"
     for name, values in found.items():
@@ -140,6 +157,25 @@ def _wrong_run(out: Path, alone: dict[str, Any]) -> Iterator[str]:
             yield f"{name}: other bits"
     if (out / "metrics.json").exists():
         json.loads((out / "metrics.json").read_text(encoding="utf-8"))
+
+
+def _sea_bits(out: Path) -> dict[str, Any]:
+    with xr.open_dataset(out / "recorded_sea.nc") as sea:
+        return {str(name): values.values for name, values in sea.variables.items()}
+
+
+def _wrong_sea(out: Path, alone: dict[str, Any]) -> Iterator[str]:
+    """What is there of the sea has the bits of the one left alone."""
+    if (out / "recorded_sea.nc").exists():
+        times = len(alone["time"])
+        for name, values in _sea_bits(out).items():
+            grows = np.ndim(alone[name]) and len(alone[name]) == times
+            if not _equal(values, alone[name][: len(values)] if grows else alone[name]):
+                yield f"{name}: other bits"
+
+
+def _continue_sea(out: Path) -> tuple[str, ...]:
+    return ("--resume",) if list(out.glob(".recorded_sea.state*")) else ("--overwrite",)
 
 
 def _trade_bits(out: Path) -> dict[str, Any]:
@@ -279,8 +315,10 @@ def _mended(command: Command, out: Path) -> Iterator[str]:
     if not (out / ".seamap-rt.unfinished").exists():
         return
     code, _, said = call(command.line(out))
-    if code != 2 or said.count("\n") != 1 or "seamap-rt recover" not in said:
+    if code != 2 or said.count("\n") != 1 or not ("seamap-rt recover" in said or "--resume goes on" in said):
         yield f"the next run: ended with {code}: {said}"
+    if "--resume" in said:
+        return
     code, _, said = call(["recover", str(out)])
     if code or said:
         yield f"recover: ended with {code}: {said}"
@@ -298,6 +336,9 @@ def _whole(out: Path) -> str:
     if (out / "maps.nc").exists() and not (out / "metrics.json").exists():
         with xr.open_datatree(out / "maps.nc") as maps:
             return f"{maps['polar'].sizes['turn']} turns"
+    if (out / "recorded_sea.nc").exists():
+        with xr.open_dataset(out / "recorded_sea.nc") as sea:
+            return f"{sea.sizes['time']} times"
     if (out / "points").exists():
         return f"{len(list(out.glob('points/[0-9]*.json')))} points"
     return "all" if (out / "metrics.json").exists() else "nothing"
@@ -345,6 +386,8 @@ def kills(
 ) -> list[Fate]:
     """So many kills, spread evenly over commands and signals, at instants that the seed draws."""
     drawn, fates = random.Random(seed), list[Fate]()
+    if any(command.name == "retrieve" for command in chosen):
+        record(home)
     known = {command.name: left_alone(command, home / f"alone-{place}") for place, command in enumerate(chosen)}
     for place in range(number):
         command, signalled = chosen[place % len(chosen)], signals[place // len(chosen) % len(signals)]
@@ -370,14 +413,14 @@ def table(fates: Sequence[Fate]) -> Iterator[str]:
 
 
 def main() -> None:
-    every = commands()
+    every = commands(Path())
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1, help="of the instants")
     parser.add_argument("--only", choices=every, action="append", help="a command, as often as wanted")
     arguments = parser.parse_args()
-    chosen = [every[name] for name in arguments.only or every]
     with tempfile.TemporaryDirectory(prefix="seamap-rt-kills-") as home:
+        chosen = [each for name, each in commands(Path(home)).items() if name in (arguments.only or every)]
         fates = kills(chosen, arguments.kills, arguments.seed, Path(home), say=lambda line: print(line, flush=True))
     print()
     for line in table(fates):

@@ -11,12 +11,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+
+PRODUCTS = ("echoes.zarr", "maps.nc", "truth.nc")
 
 
 def main() -> None:
@@ -46,11 +48,12 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
         yield f"metrics.json {key}: only in {old}"
 
 
-def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
-    """The arrays of a folder of results, by file, group and name."""
-    with xr.open_zarr(folder / "echoes.zarr", consolidated=False) as echoes:
-        yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
-    for file in ("maps.nc", "truth.nc"):
+def arrays(folder: Path, products: Sequence[str] = PRODUCTS) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
+    """The arrays of these products in a folder of results, and of gauges, by file, group and name."""
+    if "echoes.zarr" in products:
+        with xr.open_zarr(folder / "echoes.zarr", consolidated=False) as echoes:
+            yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
+    for file in (name for name in products if name.endswith(".nc")):
         with xr.open_datatree(folder / file) as tree:
             for group in tree.groups:
                 data = tree[group].to_dataset()

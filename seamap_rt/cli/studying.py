@@ -174,14 +174,7 @@ def validate(
     overwrite: Annotated[bool, about("Replace an earlier report in that folder.")] = False,
 ) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails."""
-    try:
-        run_cases = judge("report").validate
-    except ImportError as error:
-        raise InputError(
-            f"validate: Python finds another package `validation` before this program's, or none ({error}); run from "
-            "another folder, or take that one off PYTHONPATH"
-        ) from None
-
+    run_cases = judge("report").validate
     with progress() as say:
         result = run_cases(out or Path("runs/validation"), full=full, only=only, overwrite=overwrite, progress=say)
     for done in result.done:

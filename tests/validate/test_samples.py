@@ -24,5 +24,5 @@ def test_files_mean_what_they_declare() -> None:
 
 @pytest.mark.slow
 def test_a_killed_run_is_mended_and_done_again_to_the_same_bits(tmp_path: Path) -> None:
-    (fate,) = kills([commands(turns=2)["run, horizon"]], 1, 11, tmp_path, (KILL,))
+    (fate,) = kills([commands(tmp_path, turns=2)["run, horizon"]], 1, 11, tmp_path, (KILL,))
     assert fate.wrong == []

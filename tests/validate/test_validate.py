@@ -231,7 +231,7 @@ def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path) -> None
 def test_another_package_of_the_judges_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "validation", types.ModuleType("validation"))
     monkeypatch.delitem(sys.modules, "validation.report")
-    with pytest.raises(InputError, match=r"^validate: Python finds another package `validation` before this program's"):
+    with pytest.raises(InputError, match=r"^report: Python finds another package `validation` before this program's"):
         validate_command()
 
 

@@ -13,10 +13,11 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.report import style
 from seamap_rt.settings import RadarSettings, RetrievalSettings
-from validation import analytic
-from validation.analytic.seas import Surface
-from validation.report import Case, Outcome
-from validation.report.checks import at_most, recorded, within
+
+from .. import analytic
+from ..analytic.seas import Surface
+from ..report import Case, Outcome
+from ..report.checks import at_most, recorded, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

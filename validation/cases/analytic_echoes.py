@@ -17,10 +17,11 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
-from validation import analytic
-from validation.reference_forms import directivity, pulse_response
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_most, recorded, relative, within
+
+from .. import analytic
+from ..reference_forms import directivity, pulse_response
+from ..report import Case, Check, Outcome
+from ..report.checks import at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

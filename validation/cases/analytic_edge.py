@@ -13,9 +13,10 @@ import seamap_rt as sr
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing import tracer
-from validation.analytic.diffraction import knife_edge
-from validation.report import Case, Outcome
-from validation.report.checks import at_most, within
+
+from ..analytic.diffraction import knife_edge
+from ..report import Case, Outcome
+from ..report.checks import at_most, within
 
 Array = NDArray[np.float64]
 RIDGE_M, CREST_M, LENGTH_M = 20.0, 2.0, 0.03

@@ -13,9 +13,10 @@ from seamap_rt.mesh.surface import MovingSurface, mesh_turn
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import Illumination, tracer
-from validation import analytic
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_most, recorded
+
+from .. import analytic
+from ..report import Case, Check, Outcome
+from ..report.checks import at_most, recorded
 
 Array = NDArray[np.float64]
 INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)

@@ -14,9 +14,10 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_phase
 from seamap_rt.report import style
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
-from validation import analytic
-from validation.report import Case, Check, Outcome
-from validation.report.checks import relative, within
+
+from .. import analytic
+from ..report import Case, Check, Outcome
+from ..report.checks import relative, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

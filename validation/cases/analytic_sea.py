@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from seamap_rt.report import style
 from seamap_rt.sea import Sea, realize
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, SeaSettings, TmaWaves
-from validation.report import Case, Outcome
-from validation.report.checks import at_most, recorded, relative, within
+
+from ..report import Case, Outcome
+from ..report.checks import at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 GRAVITY, TENSION = 9.81, 0.074 / 1025.0

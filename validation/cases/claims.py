@@ -14,9 +14,10 @@ from seamap_rt.radar.scan import pulses, turn_duration
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
 from seamap_rt.settings import AntennaSettings, RadarSettings, RetrievalSettings
-from validation import analytic
-from validation.claims.data_rate import CLAIM, claim_data_rate
-from validation.claims.maps import (
+
+from .. import analytic
+from ..claims.data_rate import CLAIM, claim_data_rate
+from ..claims.maps import (
     AHEAD_S,
     CRITERION,
     HEIGHT_M,
@@ -32,20 +33,20 @@ from validation.claims.maps import (
     usable,
     useful_heights,
 )
-from validation.claims.radar import AT_M, STUDY, TOLERANCE, WEAKEST_DB, Claim
-from validation.claims.radar import beam as beam_claim
-from validation.claims.radar import footprint as footprint_claim
-from validation.claims.radar import range_resolution as resolution_claim
-from validation.claims.radar import rate as rate_claim
-from validation.claims.radar import weakest_sea as weakest_claim
-from validation.claims.sampling import ESTIMATORS, MASTS_M, draw_transfer, sampling, transfers
-from validation.claims.shadowing import CLAIM_M, JUDGED, cutoffs_of, half_ranges
-from validation.claims.shadowing import draw as draw_half_ranges
-from validation.claims.shadowing import judged as shadow_claim
-from validation.claims.weakest_sea import claim_minimum_nrcs
-from validation.reference_forms import directivity, half_power_width, pulse_response
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_least, at_most, between, recorded, relative, within
+from ..claims.radar import AT_M, STUDY, TOLERANCE, WEAKEST_DB, Claim
+from ..claims.radar import beam as beam_claim
+from ..claims.radar import footprint as footprint_claim
+from ..claims.radar import range_resolution as resolution_claim
+from ..claims.radar import rate as rate_claim
+from ..claims.radar import weakest_sea as weakest_claim
+from ..claims.sampling import ESTIMATORS, MASTS_M, draw_transfer, sampling, transfers
+from ..claims.shadowing import CLAIM_M, JUDGED, cutoffs_of, half_ranges
+from ..claims.shadowing import draw as draw_half_ranges
+from ..claims.shadowing import judged as shadow_claim
+from ..claims.weakest_sea import claim_minimum_nrcs
+from ..reference_forms import directivity, half_power_width, pulse_response
+from ..report import Case, Check, Outcome
+from ..report.checks import at_least, at_most, between, recorded, relative, within
 
 SMITH_SHARE = (0.8, 1.0)
 ADC_HZ = 200e6

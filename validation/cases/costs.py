@@ -19,18 +19,19 @@ import seamap_rt as sr
 from seamap_rt.report import style
 from seamap_rt.session.driver import real_time_factor
 from seamap_rt.simulation import Simulator
-from validation import ROOT
-from validation.light.share import SEAS, shares
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_most, between, recorded
-from validation.speed import peers, speed_error
-from validation.speed.peers_power import RANGE_M, compare_power, rays_needed, seconds_of
-from validation.speed.peers_rays import PACKAGE, compare_rays
-from validation.speed.peers_turn import case as peers_turn
-from validation.speed.peers_turn import one_antenna
-from validation.speed.speed import run_figures, turn_times
-from validation.speed.speed_error_figure import QUANTITIES, figure_of
-from validation.speed.speed_error_setups import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
+
+from .. import ROOT
+from ..light.share import SEAS, shares
+from ..report import Case, Check, Outcome
+from ..report.checks import at_most, between, recorded
+from ..speed import peers, speed_error
+from ..speed.peers_power import RANGE_M, compare_power, rays_needed, seconds_of
+from ..speed.peers_rays import PACKAGE, compare_rays
+from ..speed.peers_turn import case as peers_turn
+from ..speed.peers_turn import one_antenna
+from ..speed.speed import run_figures, turn_times
+from ..speed.speed_error_figure import QUANTITIES, figure_of
+from ..speed.speed_error_setups import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
 
 Array = NDArray[np.float64]
 HEIGHT, POWER = QUANTITIES[:2]
@@ -180,7 +181,7 @@ def _march(tracer: str, turns: int, through: str) -> Array:
     command = [
         sys.executable,
         "-m",
-        "validation.speed.scaling",
+        f"{__name__.rpartition('.cases')[0]}.speed.scaling",
         "--call",
         json.dumps(["march", tracer, turns, through]),
     ]

@@ -11,11 +11,12 @@ from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.metrics import HEADLINE_M, error_figures
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
-from validation.hard_cases.case import light
-from validation.hard_cases.light import beside_an_edge
-from validation.report import Case, Outcome
-from validation.report.checks import at_least, at_most, recorded, within
-from validation.sea.sea_state import SEAS, Sea, scene_of, true_height
+
+from ..hard_cases.case import light
+from ..hard_cases.light import beside_an_edge
+from ..report import Case, Outcome
+from ..report.checks import at_least, at_most, recorded, within
+from ..sea.sea_state import SEAS, Sea, scene_of, true_height
 
 Array = NDArray[np.float64]
 WIJAYA, OVERLOOKING_M = 0.90, 7.0  # correlation, and the mast [m] of 5 Hs for which it was published

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from validation.claims.outlook import compared, draw
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_most, recorded
+from ..claims.outlook import compared, draw
+from ..report import Case, Check, Outcome
+from ..report.checks import at_most, recorded
 
 FIRST = 1  # of the random designs; the model was looked at with others
 DESIGNS, SEEDS = {False: 6, True: 40}, {False: 1, True: 3}  # by full

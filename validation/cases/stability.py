@@ -9,12 +9,13 @@ from collections.abc import Callable
 from functools import partial
 
 from seamap_rt.report import style
-from validation.hard_cases import extreme as hard_cases_extreme
-from validation.hard_cases import far as hard_cases_far
-from validation.hard_cases import light as hard_cases_light
-from validation.hard_cases import nonlinear as hard_cases_nonlinear
-from validation.hard_cases.case import Effort, Finding
-from validation.report import Case, Check, Group, Outcome
+
+from ..hard_cases import extreme as hard_cases_extreme
+from ..hard_cases import far as hard_cases_far
+from ..hard_cases import light as hard_cases_light
+from ..hard_cases import nonlinear as hard_cases_nonlinear
+from ..hard_cases.case import Effort, Finding
+from ..report import Case, Check, Group, Outcome
 
 RAYS = {False: 1_000_000, True: 10_000_000}  # by full
 Hard = Callable[[Effort], list[Finding]]

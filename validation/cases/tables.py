@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from seamap_rt import scattering
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.report import style
-from validation import REFERENCE, analytic
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_least, at_most, recorded, relative, within
+
+from .. import REFERENCE, analytic
+from ..report import Case, Check, Outcome
+from ..report.checks import at_least, at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 TABLE = REFERENCE / "nathanson_9p3ghz.csv"

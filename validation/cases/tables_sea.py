@@ -15,8 +15,9 @@ from seamap_rt.physics import dispersion
 from seamap_rt.report import style
 from seamap_rt.sea import spectra, spreading
 from seamap_rt.sea.tabulated import TabulatedSpectrum
-from validation.report import Case, Check, Outcome
-from validation.report.checks import at_most, recorded, relative, within
+
+from ..report import Case, Check, Outcome
+from ..report.checks import at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 GRAVITY, THEIR_GRAVITY = 9.81, 9.80665  # m/s², ours and that of wavespectra

@@ -24,9 +24,10 @@ from seamap_rt.radar.scan import turn_duration
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies.trade_table import Criterion, Window
-from validation.claims.radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
-from validation.options import options
-from validation.prediction.forecasts import Compared, joined, run, scene_of
+
+from ..options import options
+from ..prediction.forecasts import Compared, joined, run, scene_of
+from .radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
 
 Array = NDArray[np.float64]
 HEIGHT_M, PERIOD_S = 1.4, 5.5  # H1/3 and peak period of the sea

@@ -24,9 +24,10 @@ from seamap_rt.simulation import Simulator
 from seamap_rt.studies.choices import choices, outlooks
 from seamap_rt.studies.paired import WITHIN
 from seamap_rt.studies.sweep import trade
-from validation import FIGURES
-from validation.claims.trade_heights import CHOICES, WAVE_HEIGHT, scene
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
+from .trade_heights import CHOICES, WAVE_HEIGHT, scene
 
 Array = NDArray[np.float64]
 MODES = (("single", "single_pulse"), ("switched", "single_pulse"), ("switched", "alternating_pulse"))

@@ -18,8 +18,9 @@ from seamap_rt.radar import link
 from seamap_rt.radar.antenna import Cut, antenna
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import AntennaSettings, RadarSettings
-from validation.claims.data_rate import CLAIM, claim_data_rate
-from validation.claims.weakest_sea import aperture_gain, claim_minimum_nrcs
+
+from .data_rate import CLAIM, claim_data_rate
+from .weakest_sea import aperture_gain, claim_minimum_nrcs
 
 REPRODUCED, ONLY_IF, NOT = "reproduced", "only if", "not reproduced"
 STUDY = RadarSettings()  # its defaults are the study's radar

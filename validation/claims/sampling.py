@@ -25,8 +25,9 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.report import style
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator
-from validation.claims.radar import NOT, ONLY_IF, STUDY, Claim
-from validation.options import options
+
+from ..options import options
+from .radar import NOT, ONLY_IF, STUDY, Claim
 
 Array = NDArray[np.float64]
 GRID_M = 3.0

@@ -25,8 +25,9 @@ from seamap_rt.conventions import GRAVITY
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.studies.shadowing import joined, shadowing_by_cutoff
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 FIGURE = FIGURES / "shadowing_claim.png"
 CLAIM_M, HEIGHT_M, STEEPNESS = 160.0, 5.0, 1.0 / 30.0

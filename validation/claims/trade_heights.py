@@ -25,8 +25,9 @@ from seamap_rt.studies.choices import choice_in_words, headline
 from seamap_rt.studies.paired import choose, means
 from seamap_rt.studies.sweep import write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 WAVE_HEIGHT = "sea.waves.0.significant_wave_height_m"
 CHOICES = {"radar.height_m": [3.0, 5.0, 7.0, 10.0, 14.0, 20.0], "radar.baseline_m": [0.2, 0.9]}

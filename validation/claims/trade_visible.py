@@ -26,8 +26,9 @@ from seamap_rt.simulation import Simulator
 from seamap_rt.studies.paired import choose
 from seamap_rt.tracing.visibility import water_powers
 from seamap_rt.truth import polar_truth
-from validation.claims.trade_heights import CHOICES, scene
-from validation.options import options
+
+from ..options import options
+from .trade_heights import CHOICES, scene
 
 MASTS = CHOICES["radar.height_m"]
 SEAS_M = (0.7, 1.4, 2.8)

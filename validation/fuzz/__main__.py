@@ -13,8 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from validation.options import options
-
+from ..options import options
 from .running import Plan, run
 
 

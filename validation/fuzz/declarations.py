@@ -29,8 +29,8 @@ from seamap_rt.io.patternfile import read_pattern
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.prediction import read_capytaine
-from validation.options import options
 
+from ..options import options
 from .originals import HEADER
 
 PI = np.pi

@@ -25,7 +25,8 @@ from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.rays import SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
-from validation.options import options
+
+from ..options import options
 
 SCENES = ("tiny", "choppy_sea", "rough_ride", "wind_and_swell")
 CHOICES: Mapping[str, list[Any]] = {

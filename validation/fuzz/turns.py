@@ -27,7 +27,8 @@ import seamap_rt as sr
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.simulation import Simulator
-from validation.options import options
+
+from ..options import options
 
 BASE: Mapping[str, Any] = {
     "tracing.tracer": "horizon",

@@ -11,7 +11,8 @@ import seamap_rt as sr
 from seamap_rt.forecast_errors import came
 from seamap_rt.prediction import Predictor, WaveField
 from seamap_rt.simulation import Simulator
-from validation.hard_cases.case import Effort, Finding, scene
+
+from .case import Effort, Finding, scene
 
 _SHOWN = ("height", "height_std", "dwell_height", "dwell_height_std")
 _TURNS = 8

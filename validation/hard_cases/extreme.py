@@ -14,7 +14,8 @@ from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.hard_cases.case import TRACERS, Effort, Finding, RadialSurface, light, scene
+
+from .case import TRACERS, Effort, Finding, RadialSurface, light, scene
 
 
 def on_the_crest(above: float, **keys: Any) -> Scene:

@@ -15,8 +15,9 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
-from validation import analytic
-from validation.hard_cases.case import Effort, Finding, graph, light, scene
+
+from .. import analytic
+from .case import Effort, Finding, graph, light, scene
 
 BASELINES_M = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 RANGES_M = (50.0, 200.0, 1000.0, 5000.0, 12_000.0, 19_990.0)

@@ -14,8 +14,9 @@ from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing.rays import SeaScene
-from validation.analytic.shadowing import sinusoid_visible_intervals
-from validation.hard_cases.case import TRACERS, Effort, Finding, RadialSurface, graph, light, scene
+
+from ..analytic.shadowing import sinusoid_visible_intervals
+from .case import TRACERS, Effort, Finding, RadialSurface, graph, light, scene
 
 KINDS = ("facet", "diagonal", "rung", "radial", "vertex")
 GRAZING_DEG = (1.0, 0.7, 0.5, 0.3, 0.2, 0.14, 0.1)

@@ -11,7 +11,8 @@ import numpy as np
 from seamap_rt.sea import realize
 from seamap_rt.sea.high_order import Plan, State
 from seamap_rt.settings import SeaSettings
-from validation.hard_cases.case import Effort, Finding
+
+from .case import Effort, Finding
 
 MINUTES = 10.0, 2.0  # with all rays, and with a few
 ALL = 10_000_000

@@ -11,13 +11,14 @@ import time
 from collections.abc import Callable
 
 from seamap_rt.report import style
-from validation.hard_cases.ahead import forecasts
-from validation.hard_cases.case import Effort, Finding
-from validation.hard_cases.extreme import choppy_wall, crest, level, storm, ten_million
-from validation.hard_cases.far import baselines, far_from_origin, far_phases, half_a_day
-from validation.hard_cases.light import along_the_ray, one_facet, rays_against_horizon, slivers, terminator, watertight
-from validation.hard_cases.nonlinear import nonlinear_seas
-from validation.options import options
+
+from ..options import options
+from .ahead import forecasts
+from .case import Effort, Finding
+from .extreme import choppy_wall, crest, level, storm, ten_million
+from .far import baselines, far_from_origin, far_phases, half_a_day
+from .light import along_the_ray, one_facet, rays_against_horizon, slivers, terminator, watertight
+from .nonlinear import nonlinear_seas
 
 CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     terminator,

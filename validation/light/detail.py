@@ -29,8 +29,9 @@ from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.mesh.sizing import MeshDetail
 from seamap_rt.simulation import Simulator
 from seamap_rt.truth import polar_truth
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 BANDS_M = (15.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 400.0)
 MESHES = ((0.25, 4), (0.25, 8), (0.5, 3), (0.5, 4), (0.8, 3), (0.8, 4), (0.8, 6), (1.0, 4), (1.5, 4))

@@ -17,7 +17,8 @@ import seamap_rt as sr
 from seamap_rt.mesh.facets import NEAR_FRACTION, profile
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import tracer
-from validation.options import options
+
+from ..options import options
 
 HEIGHTS, STEP_M = 8192, 0.015  # of the march's grid: 123 m, absorbed beyond ±35 m
 START_M = 40.0  # the field of a point source is handed over there

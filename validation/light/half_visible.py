@@ -27,9 +27,10 @@ from seamap_rt.radar.installation import Installation
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.visibility import water_powers
-from validation.light.unresolved_profiles import POINTS, STEP_M, Array, Case, both, drawn, wavenumbers
-from validation.light.wave_optics import Profile, surface_field
-from validation.light.wave_shadows import FINE, WAVELENGTH_M, water
+
+from .unresolved_profiles import POINTS, STEP_M, Array, Case, both, drawn, wavenumbers
+from .wave_optics import Profile, surface_field
+from .wave_shadows import FINE, WAVELENGTH_M, water
 
 BEGIN_M, END_M, NEAR_M, FAR_M, FACET_M = 5.0, 205.0, 15.0, 200.0, 0.5
 CASES = {

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.analytic.diffraction import knife_edge
-from validation.options import options
+from ..analytic.diffraction import knife_edge
+from ..options import options
 
 Array = NDArray[np.float64]
 WAVELENGTH_M = 0.03

@@ -30,9 +30,10 @@ from seamap_rt.scattering.permittivity import PERMITTIVITIES
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
-from validation import FIGURES
-from validation.light.path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
+from .path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 
 Array = NDArray[np.float64]
 FIGURE = FIGURES / "paths.png"

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.simulation import Simulator
-from validation.options import options
+
+from ..options import options
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0])

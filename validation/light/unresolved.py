@@ -21,8 +21,9 @@ import seamap_rt as sr
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import UnresolvedWaves
-from validation.light.share import waves
-from validation.options import options
+
+from ..options import options
+from .share import waves
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 75.0, 100.0, 150.0, 200.0])

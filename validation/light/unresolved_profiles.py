@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.sea import spectra
-from validation.analytic.shadowing import shadowing_smith67
-from validation.options import options
+
+from ..analytic.shadowing import shadowing_smith67
+from ..options import options
 
 Array = NDArray[np.floating]
 STEP_M, POINTS, NEAR_M, FAR_M = 0.02, 22_500, 25.0, 400.0

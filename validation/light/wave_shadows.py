@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 
 from seamap_rt.physics.shadowing import facing_share_smith67, shadow_kept
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
-from validation.light.unresolved_profiles import CASES, POINTS, STEP_M, Array, Case, both, drawn, visible, wavenumbers
-from validation.light.wave_optics import Profile, sine_of_grazing, surface_field
+
+from .unresolved_profiles import CASES, POINTS, STEP_M, Array, Case, both, drawn, visible, wavenumbers
+from .wave_optics import Profile, sine_of_grazing, surface_field
 
 FINE, NEAR_M, FAR_M, BEGIN_M, END_M = 75_000, 25.0, 200.0, 10.0, 205.0
 WAVELENGTH_M = 0.03

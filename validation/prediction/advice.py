@@ -50,8 +50,9 @@ from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.vessel import Vessel
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.simulation import Simulator
-from validation.options import options
-from validation.prediction.forecasts import own_spectrum, scene_of
+
+from ..options import options
+from .forecasts import own_spectrum, scene_of
 
 Field = NDArray[np.float64]
 Key = tuple[int, str, str, str]  # seed, sea, boat, task

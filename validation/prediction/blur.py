@@ -15,7 +15,8 @@ import numpy as np
 import seamap_rt as sr
 from seamap_rt.prediction.observations import of_turn
 from seamap_rt.simulation import Simulator
-from validation.options import options
+
+from ..options import options
 
 RANGES = ((20.0, 40.0), (40.0, 70.0), (70.0, 110.0))
 NEAR_DEG = 15.0

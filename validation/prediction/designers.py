@@ -22,8 +22,9 @@ from seamap_rt.prediction import Predictor
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.options import options
-from validation.retrieval.seas import system
+
+from ..options import options
+from ..retrieval.seas import system
 
 TURNS, FIRST, EACH = 24, 9, 2
 SPANS = {"5–10 s": (5.0, 10.0), "11–20 s": (11.0, 20.0)}

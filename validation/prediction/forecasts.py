@@ -42,9 +42,10 @@ from seamap_rt.scene import Scene
 from seamap_rt.sea.systems import directional_density, spectral_system
 from seamap_rt.settings import RandomWaves
 from seamap_rt.simulation import Simulator
-from validation.draws import drawn, in_words
-from validation.options import options
-from validation.retrieval.seas import system
+
+from ..draws import drawn, in_words
+from ..options import options
+from ..retrieval.seas import system
 
 Field = NDArray[np.float64]
 

@@ -39,7 +39,8 @@ from seamap_rt.prediction.innovations import Drift
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.prediction.forecasts import LEADS, PLACES, Compared, Mapped, followed, joined, mapped
+
+from .forecasts import LEADS, PLACES, Compared, Mapped, followed, joined, mapped
 
 HEIGHTS_M = {"1/50": "0.944", "1/30": "1.574", "1/20": "2.361"}
 ORDERS = {"linear": 1, "nonlinear": 3}

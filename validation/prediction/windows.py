@@ -35,8 +35,9 @@ from seamap_rt.report.forecast_figures import quiet_windows
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.window_errors import Windows, area, judge_windows, reliability
-from validation.draws import in_words
-from validation.prediction.forecasts import FIRST, SEAS, scene_of, scenes_drawn
+
+from ..draws import in_words
+from .forecasts import FIRST, SEAS, scene_of, scenes_drawn
 
 Field = NDArray[np.float64]
 

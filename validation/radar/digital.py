@@ -22,7 +22,8 @@ from seamap_rt.radar.digital import DigitalReceiver
 from seamap_rt.radar.receiver import data_rate, thermal_noise
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RadarSettings
-from validation.claims.data_rate import CLAIM, claim_data_rate
+
+from ..claims.data_rate import CLAIM, claim_data_rate
 
 BITS = (1, 2, 4, 6, 8, 10, 12, 14, 16, 24)
 PHASE = 0.5  # rad

@@ -32,8 +32,9 @@ import seamap_rt as sr
 from seamap_rt.echoes.video import polar_image, video
 from seamap_rt.io.polar_images import read_polar_images
 from seamap_rt.radar.receiver import noise_power
-from validation import FIGURES
-from validation.radar.images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share, standing
+
+from .. import FIGURES
+from .images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share, standing
 
 FIGURE = FIGURES / "marine_radar.png"
 SECTOR, RANGES = (100.0, 240.0), (180.0, 1250.0)  # up the waves, clear of the ship

@@ -32,7 +32,8 @@ from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings
 from seamap_rt.simulation import Simulator, Turn
-from validation.options import options
+
+from ..options import options
 
 PARTS = ("map", "doppler", "channels", "decorrelation", "edges", "answer")
 BINS_M = (50.0, 100.0, 150.0, 200.0, 300.0)

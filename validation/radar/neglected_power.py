@@ -34,7 +34,8 @@ from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import BEAMS_BEYOND
 from seamap_rt.settings import RadarSettings
 from seamap_rt.simulation import Simulator
-from validation.options import options
+
+from ..options import options
 
 BEAMS = (1.25, 1.5, 1.75, 2.0, 2.5)  # widths to either side
 ALLOWED_M = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)  # height errors

@@ -29,8 +29,9 @@ from seamap_rt.radar.installation import Installation
 from seamap_rt.resolved_scene import installation_of
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator, Turn
-from validation.options import options
-from validation.radar.modes import Cells, rms, spread, with_noise
+
+from ..options import options
+from .modes import Cells, rms, spread, with_noise
 
 PARTS = ("motion", "roll", "sensors")
 HEADLINE_M = (50.0, 200.0)

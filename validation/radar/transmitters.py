@@ -20,9 +20,10 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
-from validation.prediction import forecasts
-from validation.radar.modes import MODES, Mode
-from validation.retrieval.cells import rms, robust
+
+from ..prediction import forecasts
+from ..retrieval.cells import rms, robust
+from .modes import MODES, Mode
 
 NEAR_M, FAR_M, STRONG_DB = 50.0, 200.0, 10.0
 MEASURED: dict[str, Any] = {"radar.transmitter": "magnetron", "radar.coherent_on_receive": True}

@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 import seamap_rt as sr
-from validation.options import options
+
+from ..options import options
 
 SECTOR_DEG = [240.0, 300.0]  # up the waves
 BANDS_M = [50.0, 100.0, 200.0, 300.0, 400.0]

@@ -32,7 +32,7 @@ def write_page(path: Path, result: ValidationResult, environment: Environment, f
     sections = [Section(group, list(done)) for group, done in groupby(result.done, lambda done: done.case.group)]
     claims = [done for section in sections if section.title == CLAIMS for done in section.done]
     page = (
-        templates("validation.report")
+        templates(__name__.rpartition(".")[0])
         .get_template("validate.html.j2")
         .render(
             title="Validation",

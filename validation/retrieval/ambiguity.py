@@ -17,7 +17,8 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.retrieval.cells import heading, row
+
+from .cells import heading, row
 
 MODES = ("alternating_pulse", "single_pulse")  # both ways alone, and both ways beside one
 BASELINES_M = (0.9, 1.8)

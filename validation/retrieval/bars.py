@@ -17,8 +17,9 @@ import numpy as np
 import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.draws import drawn
-from validation.options import options
+
+from ..draws import drawn
+from ..options import options
 
 BANDS = (15.0, 25.0), (25.0, 50.0), (50.0, 200.0)  # m
 FARTHEST_M = 210.0

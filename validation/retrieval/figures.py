@@ -24,7 +24,8 @@ from seamap_rt.report.style import (
     png,
     styled,
 )
-from validation.retrieval.cells import (
+
+from .cells import (
     BINS_M,
     CASES,
     LEAST_CELLS,

@@ -19,9 +19,10 @@ import numpy as np
 import seamap_rt as sr
 from seamap_rt.metrics import HEADLINE_M
 from seamap_rt.simulation import Simulator
-from validation.draws import drawn
-from validation.options import options
-from validation.retrieval.seas import Case, against_truth, system
+
+from ..draws import drawn
+from ..options import options
+from .seas import Case, against_truth, system
 
 SEAS = (
     Case("1 m 5.5 s", [system(1.0, 5.5, 200.0)], "VV", 7.0, 0.35),

@@ -15,7 +15,8 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.inspection import Level, inspect
 from seamap_rt.io.scenefile import list_shipped
-from validation.options import options
+
+from ..options import options
 
 
 def strays(echoes: xr.Dataset) -> float:

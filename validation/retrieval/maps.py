@@ -35,10 +35,11 @@ from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M, error_figures
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator, Turn
-from validation import FIGURES
-from validation.retrieval import ambiguity as retrieval_ambiguity
-from validation.retrieval import figures as retrieval_figures
-from validation.retrieval.cells import (
+
+from .. import FIGURES
+from . import ambiguity as retrieval_ambiguity
+from . import figures as retrieval_figures
+from .cells import (
     BINS_M,
     CASES,
     LEAST_CELLS,
@@ -55,7 +56,7 @@ from validation.retrieval.cells import (
     robust,
     row,
 )
-from validation.retrieval.floor import floors, law_of
+from .floor import floors, law_of
 
 SECTIONS = ("accuracy", "floor", "errorbars", "slopes", "ambiguity")
 ESTIMATORS = ("adaptive", "sliding_plane", "single_cell")

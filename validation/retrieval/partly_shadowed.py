@@ -24,7 +24,8 @@ from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.visibility import water_powers
 from seamap_rt.truth import polar_truth
-from validation.options import options
+
+from ..options import options
 
 
 class Held(NamedTuple):

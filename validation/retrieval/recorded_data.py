@@ -34,7 +34,8 @@ import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry.recorded import open_recording
 from seamap_rt.settings import RetrievalSettings
-from validation.options import options
+
+from ..options import options
 
 HEADING_DEG = 100.0
 COUNTS = 8192

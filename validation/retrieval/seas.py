@@ -25,8 +25,9 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.options import options
-from validation.retrieval.floor import floors, law_of
+
+from ..options import options
+from .floor import floors, law_of
 
 
 def system(height: float, period: float, toward: float = 270.0, exponent: float = 10.0, peak: float = 3.3) -> dict:

@@ -14,9 +14,10 @@ import numpy as np
 import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.draws import Keys, mast, waves
-from validation.options import options
-from validation.retrieval.seas import against_truth
+
+from ..draws import Keys, mast, waves
+from ..options import options
+from .seas import against_truth
 
 
 def ridden(number: int, place: int) -> Scene:

@@ -18,9 +18,10 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.draws import drawn, in_words
-from validation.options import options
-from validation.retrieval.cells import LEAST_CELLS, rms, robust
+
+from ..draws import drawn, in_words
+from ..options import options
+from .cells import LEAST_CELLS, rms, robust
 
 BANDS_M = ((15.0, 25.0), (25.0, 50.0), (50.0, 200.0))
 SHIPPED = ("choppy_sea", "wind_and_swell", "rough_ride", "long_crested_swell", "magnetron_pair")

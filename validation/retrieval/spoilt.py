@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 import seamap_rt as sr
-from validation.options import options
+
+from ..options import options
 
 HEADER: dict[str, Any] = {
     "frequency_hz": 10e9,

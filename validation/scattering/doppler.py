@@ -31,8 +31,9 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 UP_WAVE, DOWN_WAVE = 270.0, 90.0  # waves and wind of choppy_sea come from 270°
 LOOKS = ((UP_WAVE, "up-wave"), (DOWN_WAVE, "down-wave"))

@@ -30,9 +30,10 @@ from seamap_rt.scattering import wind_from_sea_state
 from seamap_rt.scattering.composite import nrcs_level_sea
 from seamap_rt.scattering.mean_models import MEAN_MODELS, MeanModel, mean_nrcs
 from seamap_rt.settings import ScatteringSettings
-from validation import FIGURES, REFERENCE
-from validation.options import options
-from validation.scattering.nrcs_facets import GRAZING_DEG, SEEDS, levels, looks_by_wind
+
+from .. import FIGURES, REFERENCE
+from ..options import options
+from .nrcs_facets import GRAZING_DEG, SEEDS, levels, looks_by_wind
 
 TABLE = REFERENCE / "nathanson_9p3ghz.csv"
 FREQUENCY_HZ = 9.3e9

@@ -32,8 +32,9 @@ from seamap_rt.echoes.spike_field import SpikeField
 from seamap_rt.scattering.sea_spikes import sea_spikes
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.retrieval.seas import CASES, against_truth
-from validation.scattering.texture import BANDS_M, SECTORS, empirical_shape
+
+from ..retrieval.seas import CASES, against_truth
+from .texture import BANDS_M, SECTORS, empirical_shape
 
 MIDDLE_M = np.sqrt(np.multiply(BANDS_M[:-1], BANDS_M[1:]))
 POLARIZATIONS = ("HH", "VV")

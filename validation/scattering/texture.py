@@ -28,7 +28,8 @@ import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.report.reduce import main_waves
 from seamap_rt.scene import Scene
-from validation import FIGURES
+
+from .. import FIGURES
 
 FIGURE = FIGURES / "texture.png"
 BANDS_M = (30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 400.0)

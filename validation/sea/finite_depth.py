@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth
 from seamap_rt.wavefield import sea_state
-from validation.options import options
+
+from ..options import options
 
 GROUND = np.arange(12.0, 180.0, 3.0)
 AZIMUTH = 0.9 + 1.8 * np.arange(200)

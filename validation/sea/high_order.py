@@ -24,8 +24,9 @@ from seamap_rt.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, graph, new
 from seamap_rt.sea import realize
 from seamap_rt.sea.high_order import Evolution, Plan
 from seamap_rt.settings import JonswapWaves, SeaSettings
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 _PERIOD = 5.5  # s
 _COLOURS = {1: GREY, 2: BLUE, 3: GREEN, 4: PURPLE, 5: ORANGE}

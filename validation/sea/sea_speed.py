@@ -24,7 +24,8 @@ from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
-from validation.options import options
+
+from ..options import options
 
 QUANTITIES: tuple[Quantity, ...] = ("elevation", "slope_east", "slope_north", "flow_east", "flow_north", "rate")
 TURNS = 5

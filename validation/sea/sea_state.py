@@ -32,7 +32,8 @@ from seamap_rt.wavefield.range_bins import PolarMap, RangeBins
 from seamap_rt.wavefield.sea_state import sea_state
 from seamap_rt.wavefield.wave_direction import Travel
 from seamap_rt.wavefield.wave_spectrum import Cells, Transforms, wave_spectrum
-from validation import FIGURES, draws
+
+from .. import FIGURES, draws
 
 Sea = tuple[tuple[tuple[float, float, float], ...], float]  # (Hs, Tp, from) of each system; wind speed
 SEAS: tuple[Sea, ...] = (

@@ -40,8 +40,9 @@ from seamap_rt.report.style import (
 from seamap_rt.sea import Sea, realize, spectral_system, spreading
 from seamap_rt.sea.spectra import elfouhaily97_contrast
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, PiersonMoskowitzWaves, RandomWaves, SeaSettings, TmaWaves
-from validation import FIGURES
-from validation.options import options
+
+from .. import FIGURES
+from ..options import options
 
 LIMIT = np.pi / 0.8  # rad/m, the default resolution's: beyond it the waves are the scattering's
 LOG_K = np.linspace(np.log(1e-3), np.log(2e4), 20_001)

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.sea.high_order import Band, Evolution, State
-from validation.options import options
 
+from ..options import options
 from .published_waves import DOMMERMUTH_YUE, HOS_OCEAN, velocity_error
 
 LENGTH = 100.0  # m

@@ -22,7 +22,8 @@ from scipy.special import stdtrit
 import seamap_rt as sr
 from seamap_rt.studies import trade
 from seamap_rt.studies.paired import choose
-from validation.options import options
+
+from ..options import options
 
 KEY = "radar.height_m"
 SETTINGS: dict[str, dict[str, Any]] = {

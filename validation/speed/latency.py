@@ -17,7 +17,8 @@ import seamap_rt as sr
 from seamap_rt.prediction import Box, issue, predictor_of
 from seamap_rt.session.streaming import Composer
 from seamap_rt.simulation import Simulator
-from validation.options import options
+
+from ..options import options
 
 STAGES = ("retrieve", "fit", "issue", "message", "in all")
 

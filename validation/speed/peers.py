@@ -31,8 +31,9 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from seamap_rt.compute.machine import peak_memory
 from seamap_rt.report.style import BLUE, GREEN, GREY, SKY, VERMILION, graph, new_figure, place, png, styled
-from validation import FIGURES
-from validation.speed.peers_power import (
+
+from .. import FIGURES
+from .peers_power import (
     CELL_DEG,
     CELL_M,
     RANGE_M,
@@ -43,8 +44,8 @@ from validation.speed.peers_power import (
     seconds_of,
     slope_of,
 )
-from validation.speed.peers_rays import Rays, compare_rays
-from validation.speed.peers_turn import case, one_antenna
+from .peers_rays import Rays, compare_rays
+from .peers_turn import case, one_antenna
 
 REQUIRED = 0.10
 FASTER, OF_FLOOR = 100.0, 0.8  # what is claimed

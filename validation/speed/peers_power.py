@@ -17,8 +17,9 @@ from seamap_rt.report.style import BLACK, BLUE, ORANGE, VERMILION
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
-from validation.light.path_echo import Body, lambertian_power
-from validation.speed.peers_turn import Array, Case, Floor, OneSheet, interleaved
+
+from ..light.path_echo import Body, lambertian_power
+from .peers_turn import Array, Case, Floor, OneSheet, interleaved
 
 CELL_M, CELL_DEG = 3.0, 1.8
 RANGES_M = {50: BLACK, 100: BLUE, 200: VERMILION, 300: ORANGE}  # middles of range bins, ± 15 m, and their colours

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
-from validation.hard_cases.light import beside_an_edge
-from validation.speed.peers_turn import Case, Floor, OneSheet, interleaved, ratio
+
+from ..hard_cases.light import beside_an_edge
+from .peers_turn import Case, Floor, OneSheet, interleaved, ratio
 
 RTREE_DEG, RTREE_RAYS = 6.0, 100
 FLOOR, PACKAGE = "mitsuba ray_test, all triangles", "package: facets' ray stage"

@@ -42,7 +42,8 @@ from seamap_rt.report import style
 from seamap_rt.scene.water_checks import BYTES_PER_TRIANGLE
 from seamap_rt.session import run, simulate
 from seamap_rt.simulation import Simulator
-from validation import FIGURES, ROOT
+
+from .. import FIGURES, ROOT
 
 STAGES = {
     "sea": style.SKY,

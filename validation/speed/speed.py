@@ -39,7 +39,8 @@ from seamap_rt.random_streams import Stream
 from seamap_rt.session import FileSink, TurnFigures, deliver, iterate
 from seamap_rt.session.driver import real_time_factor, warm_wall
 from seamap_rt.simulation import Simulator
-from validation import ROOT
+
+from .. import ROOT
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
 BESIDE = {"sweep": (), "peers": ("--repeat", "5")}  # scripts, and what they are told

@@ -27,10 +27,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seamap_rt.compute.backend import prepare
-from validation import FIGURES
-from validation.options import options
-from validation.speed.speed_error_figure import QUANTITIES, TARGET_S, Drawn, Kept, draw
-from validation.speed.speed_error_setups import (
+
+from .. import FIGURES
+from ..options import options
+from .speed_error_figure import QUANTITIES, TARGET_S, Drawn, Kept, draw
+from .speed_error_setups import (
     FINE_SPLINE,
     OWN_SPLINE,
     STAGES,

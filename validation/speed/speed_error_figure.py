@@ -14,7 +14,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from seamap_rt.mesh.sizing import MeshDetail
 from seamap_rt.report import style
-from validation.speed.speed_error_setups import (
+
+from .speed_error_setups import (
     STAGES,
     TRACERS,
     WINDOW_M,
