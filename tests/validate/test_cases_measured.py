@@ -107,5 +107,5 @@ def test_cases_say_why_and_how(cases: dict[str, Case]) -> None:
 
 def test_no_module_fails_to_load(cases: dict[str, Case]) -> None:
     for module in MODULES:
-        mine = importlib.import_module(f"_seamap_rt_cases_{module}").CASES
+        mine = importlib.import_module(f"validation.cases.{module}").CASES
         assert {case.name for case in mine} <= set(cases)

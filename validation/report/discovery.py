@@ -13,6 +13,7 @@ from typing import get_args
 
 from seamap_rt.errors import InputError
 
+from .. import cases
 from .case import Case, Group, Outcome
 
 HOME = Path(__file__).resolve().parents[1]  # the package `validation`
@@ -33,7 +34,7 @@ def load_cases(folder: Path, only: Sequence[str] | None = None) -> list[Case]:
 
     only: of the modules that hold cases of these names, written out as the first argument. InputError for others.
     """
-    cases: list[Case] = []
+    found: list[Case] = []
     paths = sorted(folder.glob("[!_.]*.py"))
     if only:  # to load all takes seconds
         names = {path: names_in(path) for path in paths}
@@ -46,11 +47,11 @@ def load_cases(folder: Path, only: Sequence[str] | None = None) -> list[Case]:
     for path in paths:
         try:
             loaded = list(_load(path).CASES)
-            _refuse_duplicates(cases, loaded)
+            _refuse_duplicates(found, loaded)
         except (Exception, SystemExit) as error:
             loaded = [_unloaded(path, error)]
-        cases += loaded
-    return sorted(cases, key=lambda case: _ORDER.get(case.group, len(_ORDER)))
+        found += loaded
+    return sorted(found, key=lambda case: _ORDER.get(case.group, len(_ORDER)))
 
 
 def names_in(path: Path) -> set[str]:
@@ -69,7 +70,7 @@ def select_cases(cases: Sequence[Case], full: bool, only: Sequence[str] | None) 
 
 
 def _load(path: Path) -> ModuleType:
-    name = f"_seamap_rt_cases_{path.stem}"
+    name = f"{cases.__name__}.{path.stem}"  # whose relative imports are those of the package
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
