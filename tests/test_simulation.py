@@ -94,6 +94,29 @@ def test_nothing_of_the_sea_is_in_the_echoes(two_turns: Simulation) -> None:
         assert word not in said
 
 
+def test_maps_have_the_same_bits_without_truth_and_scene(tmp_path: Path) -> None:
+    """Truth and scene beside the echoes: as they are, the truth full of NaN, and both taken away."""
+    folder = tmp_path / "run"
+    simulate(scene(turns=1), folder).truth.close()
+    (folder / "scene.toml").write_text(scene(turns=1).to_toml(), encoding="utf-8")
+
+    def maps() -> dict[str, bytes]:
+        with open_echoes(folder / "echoes.zarr") as echoes:
+            tree = retrieve(echoes)
+        return {
+            f"{group}/{name}": tree[group][name].values.tobytes() for group in tree for name in tree[group].variables
+        }
+
+    first = maps()
+    with xr.open_datatree(folder / "truth.nc") as truth:
+        hidden = truth.load().map_over_datasets(lambda data: data * np.nan)
+    hidden.to_netcdf(folder / "truth.nc", engine="h5netcdf")
+    assert maps() == first
+    (folder / "truth.nc").unlink()
+    (folder / "scene.toml").unlink()
+    assert maps() == first
+
+
 def test_turns_are_what_a_simulator_makes_of_them_one_by_one(two_turns: Simulation) -> None:
     """Turn 1 alone, without turn 0 before it, has the same bits: nothing is carried over."""
     alone = Simulator(scene(turns=2)).turn(1)

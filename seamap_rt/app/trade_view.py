@@ -21,7 +21,9 @@ from ..io.scenefile import apply_overrides
 from ..report import style
 from ..report.keys import words_of
 from ..scene import Scene, scene_of
+from ..studies.paired import MOST_SEEDS
 from ..studies.point import MANIFEST
+from ..studies.trade_table import SHOWN
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import drawing
 from .draft import Field, parts_of
@@ -31,12 +33,7 @@ from .page import Page, choice, flat_button
 from .prospects import run_seconds
 from .runs_view import offer_products
 
-MEASURES = {
-    "fully_measured_radius_m": "Fully measured radius (m)",
-    "reach_m": "Reach (m)",
-    "missed_share": "Share of cells missed",
-    "height_rmse_m": "Height error, rms (m)",
-}
+MEASURES = {name: SHOWN[name][0] for name in ("fully_measured_radius_m", "reach_m", "missed_share", "height_rmse_m")}
 _MOST_FILES = 20_000
 
 
@@ -75,8 +72,8 @@ def command_words(vary: list[str], seeds: int, at_most: float | None = None) -> 
     """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
     varied = parse_varies(vary)
     refuse_limit(varied, at_most)
-    if not 1 <= seeds <= 64:
-        raise InputError(f"--seeds {seeds}: must be 1 to 64")
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds {seeds}: must be 1 to {MOST_SEEDS}")
     limit = [] if at_most is None else ["--at-most", f"{at_most:g}"]
     return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds), *limit]
 
@@ -99,6 +96,11 @@ def count_of(vary: list[str], seeds: int) -> int:
     return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
 
 
+def shown(point: Point, measure: str) -> float:
+    """The measure in the unit of its label; infinite where the point has none."""
+    return (100.0 if "(%)" in MEASURES[measure] else 1.0) * point.metrics.get(measure, float("inf"))
+
+
 def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | None:
     """The measure against the first key, a curve for each value of the others: means over seeds, and every seed.
 
@@ -112,11 +114,10 @@ def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | Non
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
-        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
-    colours = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
+        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(shown(each, measure))
     data: list[drawing.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
-        colour = colours[number % len(colours)]
+        colour = style.FAMILY[number % len(style.FAMILY)]
         places = sorted(values, key=lambda each: (isinstance(each, str), each))
         label = ", ".join(name) or "mean over seeds"
         mean = [float(np.mean(values[place])) for place in places]
@@ -182,7 +183,7 @@ class TradeView:
         ui.label("Vary keys of the design that stands in Design, and see what they are worth").classes("font-bold")
         with ui.row().classes("w-full items-end gap-2"):
             self._keys = [self._key(number) for number in range(2)]
-            self._seeds = ui.number("Seeds", value=3, min=1, max=64, precision=0, on_change=self._counted)
+            self._seeds = ui.number("Seeds", value=3, min=1, max=MOST_SEEDS, precision=0, on_change=self._counted)
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
             self._at_most = ui.number("Recommend at most", on_change=self._counted).mark("at-most")
             self._at_most.props("dense outlined clearable").classes("w-40")
@@ -321,7 +322,7 @@ class TradeView:
             return
         (place, value), measure = pointed, str(self._measure.value)
         there = {
-            i: each.metrics.get(measure, float("inf"))
+            i: shown(each, measure)
             for i, each in enumerate(self._points)
             if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
         }

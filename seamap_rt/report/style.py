@@ -27,6 +27,7 @@ FONT = 7.5  # points
 # Okabe & Ito's palette: distinct in all common kinds of colour vision, and by lightness in print.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
 BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#767676"
+FAMILY = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)  # of curves that are alike
 BLANK = "#c3c0b6"  # where the radar looked and got no height
 GRID = "#dcdcdc"
 ON_COLOURS = "#fffffe"  # ink on dark colours: no grey, so that it stays white on a dark page

@@ -18,7 +18,7 @@ from ..measured import FULLY_MEASURED, LEVEL
 from ..metrics import BIN_M
 from ..report.keys import words_of
 from ..scene import Scene, SceneLike, as_scene
-from .paired import FEWEST_SEEDS, WITHIN, Choice, choose, end_of, means, with_band
+from .paired import FEWEST_SEEDS, MOST_SEEDS, WITHIN, Choice, choose, end_of, means, with_band
 from .vary import CIRCUMSTANCES, Grid, chosen_key, labels, refuse_limit
 
 if TYPE_CHECKING:
@@ -177,7 +177,6 @@ _ATTRIBUTES = {
     QUALITY: {"units": "1", "long_name": "mean score of all cells by the outlook, without a simulation"},
 }
 _SCATTER_M = 1.2  # standard deviation of a run's radius over seeds, of 64 random designs: validation.claims.outlook
-_MOST_SEEDS = 64
 
 
 def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]], at_most: float | None = None) -> xr.Dataset:
@@ -254,11 +253,11 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
 
 def _seeds_in_words(difference: float) -> str:
     """Of a difference [m] between designs over the same seas, to be found with 95 % confidence."""
-    many = np.arange(FEWEST_SEEDS, _MOST_SEEDS + 1)
+    many = np.arange(FEWEST_SEEDS, MOST_SEEDS + 1)
     if not np.isfinite(difference):
         return ""
     enough = many[stdtrit(many - 1, 0.975) * np.sqrt(2.0 / many) * _SCATTER_M <= difference]
-    seeds = f"{enough[0]} seeds" if enough.size else f"more than {_MOST_SEEDS} seeds"
+    seeds = f"{enough[0]} seeds" if enough.size else f"more than {MOST_SEEDS} seeds"
     return f"; a trade needs {seeds} to tell it from its neighbours"
 
 

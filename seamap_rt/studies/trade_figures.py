@@ -25,7 +25,6 @@ from .trade_table import SHOWN
 from .vary import CIRCUMSTANCES, chosen_key
 
 QUANTITIES = {name: SHOWN[name][0] for name in ("fully_measured_radius_m", "reach_m", "height_rmse_m")}
-_FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 _FIRST = "fully_measured_radius_m"
 _MOST_CURVES, _MOST_COLUMNS, _MOST_PANELS = 12, 3, 6
 _LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
@@ -62,7 +61,7 @@ def draw_trade(table: xr.Dataset) -> Figure:
     single = table.isel(dict.fromkeys(alone, 0))
     panels = _choices(table, chosen.panels)
     names = list(QUANTITIES) if len(panels) <= _MOST_COLUMNS else [_FIRST]
-    as_map = chosen.family is not None and not chosen.panels and table.sizes[chosen.family] > len(_FAMILY)
+    as_map = chosen.family is not None and not chosen.panels and table.sizes[chosen.family] > len(style.FAMILY)
     cells = [(name, *panel) for name in names for panel in panels]
     columns = len(names) if len(panels) == 1 else min(_MOST_COLUMNS, len(panels))
     members = table.sizes[chosen.family] if chosen.family and not as_map else 0
@@ -166,7 +165,7 @@ def _positions(axes: Axes, table: xr.Dataset, key: str, vertical: bool = False) 
 
 
 def _colour(number: int, count: int) -> Any:
-    return _FAMILY[number] if count <= len(_FAMILY) else _ramp(number, count)
+    return style.FAMILY[number] if count <= len(style.FAMILY) else _ramp(number, count)
 
 
 def _ramp(number: int, count: int) -> Any:
@@ -242,8 +241,8 @@ def draw_half_visible(table: xr.Dataset) -> Figure:
 def draw_shares(table: xr.Dataset) -> Figure:
     """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
     panels = (
-        ("Wrong by more than half Hs (%)", 100.0, ("gross_share",)),
-        ("Cells at 50–200 m without a height (%)", 100.0, ("missed_share",)),
+        (SHOWN["gross_share"][0], 100.0, ("gross_share",)),
+        (SHOWN["missed_share"][0], 100.0, ("missed_share",)),
     )
     return _draw_means(table, panels, {"": "-"})
 
