@@ -77,7 +77,7 @@ def height_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int =
         _Panel("(d) Standard error that the retrieval states", spread, style.SPREAD_COLOURS, 0.0, of_spread),
     )
     pitch = frame.height + 1.06
-    figure, drawn = _draw_four(scene, frame, (x, y), panels, pitch, 0.2)
+    figure, drawn = _draw_maps(scene, frame, (x, y), panels, pitch, 0.2)
     frame.draw_bar(figure, drawn[0], _TOP, None, "Height above mean sea level (m), same scale in (a) and (b)")
     frame.draw_bar(figure, drawn[2], _TOP + pitch, 0, "Height error (m)")
     frame.draw_bar(figure, drawn[3], _TOP + pitch, 1, "Standard error (m)", "max")
@@ -86,32 +86,34 @@ def height_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int =
 
 @style.styled
 def slope_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int = -1) -> Figure:
-    """True and retrieved slope towards east and towards north, all four on one scale."""
+    """True slope, retrieved slope and their difference, towards east and towards north, all on one scale."""
     names = {"slope_x": "east, ∂z/∂x", "slope_y": "north, ∂z/∂y"}
     x, y, _ = _ground(truth, "slope_x", turn)
     true = [_within_range(scene, x, y, _ground(truth, name, turn)[2]) for name in names]
     retrieved = [_ground(maps, name, turn)[2] for name in names]
+    error = [map_ - truth_ for map_, truth_ in zip(retrieved, true, strict=True)]
     frame = _frame(scene, x, y, (*true, *retrieved), panels=2)
     limit = slope_limit(np.stack(true), np.stack(retrieved))
     panels = [
         _Panel(f"({letter}) {what} slope towards {towards}", values, style.SLOPE_COLOURS, -limit, limit)
-        for letters, towards, *pair in zip(("ab", "cd"), names.values(), true, retrieved, strict=True)
-        for letter, what, values in zip(letters, ("True", "Retrieved"), pair, strict=True)
+        for letters, what, pair in (("ab", "True", true), ("cd", "Retrieved", retrieved), ("ef", "Error of", error))
+        for letter, towards, values in zip(letters, names.values(), pair, strict=True)
     ]
     pitch = frame.height + 0.62
-    figure, drawn = _draw_four(scene, frame, (x, y), panels, pitch, 0.65)
+    figure, drawn = _draw_maps(scene, frame, (x, y), panels, pitch, 0.65)
     label = "Slope (m/m), same scale in all panels; positive: the sea rises towards east or north"
-    frame.draw_bar(figure, drawn[2], _TOP + pitch, None, label)
+    frame.draw_bar(figure, drawn[-1], _TOP + 2.0 * pitch, None, label)
     return figure
 
 
-def _draw_four(
+def _draw_maps(
     scene: Scene, frame: _Frame, ground: tuple[Array, Array], panels: Sequence[_Panel], pitch: float, foot: float
 ) -> tuple[Figure, list[AxesImage]]:
     """Maps of ground cells, two and two, over the key; cells without a value let the grey of what the radar looked at
     show. pitch, foot: inches from row to row, and left for colour bars under the last."""
     key = _key_of(scene)
-    figure, (x, y), drawn = style.new_figure(2.0 * pitch + foot + _LINE * (key[-1].row + 1)), ground, []
+    high = (len(panels) + 1) // 2 * pitch + foot + _LINE * (key[-1].row + 1)
+    figure, (x, y), drawn = style.new_figure(high), ground, []
     pixels = frame.width * style.DPI * (x[-1] - x[0] + scene.retrieval.ground_m) / (frame.east - frame.west)
     how = "nearest" if x.size <= pixels else "antialiased"
     for number, (title, values, colours, low, high) in enumerate(panels):

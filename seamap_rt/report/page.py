@@ -300,11 +300,11 @@ def _graphs(run: _Run) -> Iterator[Picture]:
         by_radar += "more of its two-way power when lit, in the first turn. "
     yield Picture(
         "slope_maps",
-        "True and retrieved slope",
-        "Four maps, north up: true and retrieved slope towards east, true and retrieved slope towards north.",
-        f"Slope of the sea surface, averaged over ground cells of {run.scene.retrieval.ground_m:g} m, all four panels "
-        f"on one scale; positive where the sea rises towards east (upper row) or north (lower row). {run.blank}"
-        + run.which_turn,
+        "True and retrieved slope, and the error",
+        "Six maps, north up: true slope, retrieved slope and its error, towards east and towards north.",
+        f"Slope of the sea surface, averaged over ground cells of {run.scene.retrieval.ground_m:g} m, and its error "
+        "(retrieved − true), all panels on one scale; positive where the sea rises towards east (left) or north "
+        f"(right). {run.blank}" + run.which_turn,
         lambda: maps.slope_maps(run.scene, run.retrieved, run.truth),
     )
     yield Picture(
