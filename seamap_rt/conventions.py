@@ -30,6 +30,11 @@ def turn_name(turn: SupportsInt, of: int | None = None) -> str:
     return f"turn {int(turn) + 1}" + ("" if of is None else f" of {of}")
 
 
+def ground_range(slant_m: ArrayLike, height_m: float) -> NDArray[np.float64]:
+    """Horizontal distance [m] at which a slant range from an antenna meets mean sea level; 0 short of it."""
+    return np.sqrt(np.maximum(np.asarray(slant_m, dtype=np.float64) ** 2 - height_m**2, 0.0))
+
+
 def unit_from_azimuth(azimuth_deg: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """East and north components of the unit vector that points to an azimuth (degrees clockwise from north)."""
     azimuth = np.radians(np.asarray(azimuth_deg, dtype=np.float64))

@@ -28,6 +28,7 @@ from matplotlib import colors
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
+from ..conventions import ground_range
 from ..report import reduce, style
 
 Result = TypeVar("Result")
@@ -293,7 +294,7 @@ def ground_raster(x: Array, y: Array, seen: NDArray[np.bool_]) -> Raster:
 
 def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
     """Of a polar map, seen from above."""
-    ground = reduce.ground_range(slant_m, height_m)
+    ground = ground_range(slant_m, height_m)
     order, borders = reduce.look_edges(azimuth_deg, 1.0)
     far, near = float(ground[-1]), float(ground[0])
     angle = np.radians(np.linspace(borders[0], borders[-1], 361))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import db
+from ..conventions import db, ground_range
 from ..design_outlook import Outlook, estimate_outlook
 from ..design_outlook.model import half_range_key
 from ..design_outlook.strips import snr_of_unity
@@ -63,7 +63,7 @@ class Prospects:
     def __init__(self, scene: Scene) -> None:
         radar = scene.radar
         self.slant_m = slant = np.linspace(*window_of(scene), _POINTS)
-        self.ground_m = np.sqrt(slant**2 - radar.height_m**2)
+        self.ground_m = ground_range(slant, radar.height_m)
         snr = mean_sea(scene, slant)[0] * snr_of_unity(radar, slant)
         self.snr_db = db(np.maximum(snr, 1e-12))  # of one pulse
         noise = [noise_height_error(radar, float(s), float(r)) for s, r in zip(snr, slant, strict=True)]
@@ -74,7 +74,7 @@ class Prospects:
         self.smith, self.wagner = analytic_share(self.ground_m, radar.height_m, slope)
         self.ahead, self.why_not = _outlook(scene)  # None where the outlook refuses the scene, and why
         far = self.ahead.range if self.ahead is not None else slant
-        self.ahead_ground_m = np.sqrt(np.maximum(far**2 - radar.height_m**2, 0.0))  # (range of ahead,)
+        self.ahead_ground_m = ground_range(far, radar.height_m)  # (range of ahead,)
         self.beam_deg = np.linspace(-60.0, 30.0, 181)  # elevation angles, up is positive
         cut = antenna(radar).voltage(0.0, np.radians(self.beam_deg)) ** 2
         self.beam_db = np.maximum(db(np.maximum(cut, 1e-12)), -60.0)  # one-way, over the peak

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..conventions import ground_range
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..io.opening import LONG, read_json
@@ -212,7 +213,7 @@ class Source:
     @property
     def ground_m(self) -> NDArray[np.float64]:
         """(gate,): where the gates meet mean sea level."""
-        return reduce.ground_range(self.layout.range, self.height_m)
+        return ground_range(self.layout.range, self.height_m)
 
     # --------------------------------------------------------------------------------------------------- maps
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, erfc
 
+from ..conventions import ground_range
 from ..interferometry.ambiguity import BEYOND, LEAST_ODDS, NEIGHBOUR_VARIANCE
 from ..interferometry.interferogram import AROUND, BLURRED_GATES, LASTING
 from ..interferometry.optimal import ACROSS_M, MOST_LOOKS
@@ -104,7 +105,7 @@ class Design:
     @property
     def ground(self) -> Array:
         """Ground range (gate,) of mean sea level, m."""
-        return np.sqrt(self.ranges**2 - self.height**2)
+        return ground_range(self.ranges, self.height)
 
     @property
     def gain(self) -> Array:

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.special import gammaincc
 
 from ..compute.machine import one_blas_thread
-from ..conventions import POLARIZATIONS, db, from_db, written
+from ..conventions import POLARIZATIONS, db, from_db, ground_range, written
 from ..errors import InputError
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
@@ -140,7 +140,7 @@ def estimate_outlook(scene: Scene) -> Outlook:
     surface = strips(waves, design.ranges[-1] + design.cell_m, 2.0 * np.pi / limit)
     looks = np.tile(surface.azimuth, STARTS)
     slant = (design.ranges + side * design.cell_m for side in (-0.5, 0.5))
-    near, far = (np.sqrt(np.maximum(each**2 - radar.height_m**2, 0.0)) for each in slant)
+    near, far = (ground_range(each, radar.height_m) for each in slant)
     table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
     in_sight, facing = _unhidden(scene, limit, surface.azimuth)
     motion = Motion.of(scene, radar, waves)

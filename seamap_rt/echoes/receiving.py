@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .. import random_streams
 from ..compute.compiled import compiled
 from ..compute.machine import pool
-from ..conventions import SPEED_OF_LIGHT, db
+from ..conventions import SPEED_OF_LIGHT, db, ground_range
 from ..radar.digital import DigitalReceiver
 from ..radar.installation import Installation
 from ..radar.receiver import measures_phase, noise_power, noise_taps, thermal_noise, transmit_phase_error
@@ -82,7 +82,7 @@ def excess_m(radar: RadarSettings, range_m: NDArray[np.float64]) -> NDArray[np.f
     """By how much (antenna, range) [m] each antenna is farther than the array's middle from mean sea level at ranges
     (range,) from that middle: by which a carrier's wavenumber counts between receivers."""
     antennas = phase_centres(radar, np.zeros(1))[0]
-    ahead = np.sqrt(np.maximum(range_m**2 - radar.height_m**2, 0.0))
+    ahead = ground_range(range_m, radar.height_m)
     sea = np.stack((0.0 * ahead, ahead, 0.0 * ahead), axis=-1)
     middle = antennas.mean(axis=0)
     return np.linalg.norm(sea - antennas[:, None], axis=-1) - np.linalg.norm(sea - middle, axis=-1)

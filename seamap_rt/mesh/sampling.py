@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT, db
+from ..conventions import SPEED_OF_LIGHT, db, ground_range
 from ..radar.array import Array, antenna_array
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings
@@ -94,8 +94,8 @@ class _Look:
 
     def _bounds(self, middle: float, reach: float) -> tuple[float, float]:
         """Ground ranges [m] between which the sea is within a reach of a gate, in slant range."""
-        near, far = (max(middle + side * reach, self.height) for side in (-1.0, 1.0))
-        return float(np.sqrt(near**2 - self.height**2)), float(np.sqrt(far**2 - self.height**2))
+        near, far = ground_range([max(middle - reach, self.height), middle + reach], self.height)
+        return float(near), float(far)
 
     def exact(self, middle: float) -> tuple[_Sums, _Sums]:
         """What a gate hears, by fine sums; and what of it comes by the sidelobes of a compressed chirp, which are as

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
+from ..conventions import ground_range
 from ..metrics import counted_cells
 from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
@@ -183,7 +184,7 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
     """Visible share of the sea against ground range, over all looks and by direction, with Smith and Wagner."""
     azimuth = reduce.coordinate(truth, "polar", "azimuth")
     height = scene.radar.height_m
-    ground = reduce.ground_range(reduce.coordinate(truth, "polar", "range"), height)
+    ground = ground_range(reduce.coordinate(truth, "polar", "range"), height)
     visible = reduce.polar(truth, "visible_fraction")
     drawn = [
         Curve(f"{name} ±22.5°", *_binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1))), colour, "-", 1.0)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle, Wedge
 
-from ..conventions import unit_from_azimuth
+from ..conventions import ground_range, unit_from_azimuth
 from ..scene import Scene
 from ..sea import wave_facts
 from . import reduce, style
@@ -138,7 +138,7 @@ def echo_power(scene: Scene, echoes: xr.Dataset, azimuth_deg: Array, turn: int) 
     unit = "dB over thermal noise" if noise > 0.0 else "dB over 1 W"
     level = reduce.power_db(power, noise)
     gates = np.asarray(echoes["range"].values, dtype=np.float64)
-    ground = reduce.ground_range(reduce.edges(gates, scene.radar.range_sampling_m), scene.radar.height_m)
+    ground = ground_range(reduce.edges(gates, scene.radar.range_sampling_m), scene.radar.height_m)
     x, y = (each[:, None] * ground for each in unit_from_azimuth(borders))
 
     frame, key = _frame(scene, np.array([0.0]), np.array([0.0]), (), panels=1.75), _key_of(scene)
@@ -259,7 +259,7 @@ def _frame(scene: Scene, x: Array, y: Array, values: tuple[Array, ...], panels: 
 
 
 def _near_ground_range(scene: Scene) -> float:
-    return float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
+    return float(ground_range(scene.radar.range_m[0], scene.radar.height_m))
 
 
 def looked_at(scene: Scene, colour: str) -> Wedge:

@@ -56,12 +56,6 @@ def quantile(values: NDArray[Any], share: float) -> float:
 # ------------------------------------------------------------------------------------------------------ geometry
 
 
-def ground_range(slant_m: ArrayLike, height_m: float) -> Array:
-    """Horizontal distance at which a slant range meets mean sea level; 0 short of it."""
-    slant = np.asarray(slant_m, dtype=np.float64)
-    return np.sqrt(np.maximum(slant**2 - height_m**2, 0.0))
-
-
 def edges(centres: ArrayLike, only: float = 1.0) -> Array:
     """Edges halfway between rising centres; one centre gets a cell of width `only`."""
     centres = np.asarray(centres, dtype=np.float64)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import SPEED_OF_LIGHT, ground_range
 from ..errors import InputError, must_be
 from ..io import scenefile
 from ..io.text import TableMixin, number_text
@@ -155,7 +155,7 @@ class Scene(TableMixin, Section):
     @property
     def far_ground_range(self) -> float:
         """Horizontal distance [m] at which the far end of the range window meets mean sea level."""
-        return math.sqrt(self.radar.range_m[1] ** 2 - self.radar.height_m**2)
+        return float(ground_range(self.radar.range_m[1], self.radar.height_m))
 
     def to_toml(self) -> str:
         """The scene file with every key resolved: it reads back to an equal scene."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..conventions import GRAVITY
+from ..conventions import GRAVITY, ground_range
 from ..io.text import rounded_down, rounded_up
 from ..mesh.sizing import MOST_TRIANGLES, MeshDetail, triangles
 from ..scattering import MEAN_MODELS, wind_from_sea_state
@@ -191,7 +191,7 @@ def check_positions(
 ) -> Iterator[str]:
     """Gauges stand within the range window and, of a boat at rest, within the sector."""
     moves = platform.speed_m_s > 0.0 or platform.motion == "file"
-    near, far = (math.sqrt(max(0.0, end**2 - radar.height_m**2)) for end in radar.range_m)
+    near, far = map(float, ground_range(radar.range_m, radar.height_m))
     if moves:
         near = 0.0
     start, stop = radar.sector_deg

@@ -95,6 +95,7 @@ def is_compiled() -> bool:
 
 def compile_retrieval() -> None:
     """Retrieve a turn over waves that are high enough for the phase's cycle to be looked for."""
+    from ..conventions import ground_range
     from ..echoes.dataset import echo_dataset
     from ..interferometry import retrieve
     from ..radar.link import wavelength
@@ -107,7 +108,7 @@ def compile_retrieval() -> None:
     installation = installation_of(load_scene("tiny"))
     radar = installation.radar
     fired, slant = pulses(installation, 0), gates(radar)
-    ground = np.sqrt(np.maximum(slant**2 - radar.height_m**2, 0.0))
+    ground = ground_range(slant, radar.height_m)
     above = fired.pose.positions[0, :, 2, None] - 2.0 * np.sin(ground / 6.0)
     phase = -2.0 * np.pi / wavelength(radar) * np.hypot(ground, above)
     speckle = np.random.default_rng(0).standard_normal((2, fired.number.size, 1, slant.size))

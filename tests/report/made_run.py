@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from seamap_rt import dataset
-from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.conventions import ground_range, unit_from_azimuth
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import look_sweeps, pulses
-from seamap_rt.report import reduce, style
+from seamap_rt.report import style
 from seamap_rt.scene import Scene, load_scene
 
 PICTURES = (
@@ -45,7 +45,7 @@ class Run:
         half = side * np.ceil(scene.far_ground_range / side)
         self.x = self.y = np.arange(-half + 0.5 * side, half, side)
         polar_east, polar_north = (part[:, None] for part in unit_from_azimuth(self.azimuth))
-        ground = reduce.ground_range(self.range, radar.height_m)
+        ground = ground_range(self.range, radar.height_m)
         self.polar_shape = (scene.turns, self.azimuth.size, self.range.size)
         polar = self._surface(polar_east * ground, polar_north * ground, ground, self.polar_shape)
         x, y = np.meshgrid(self.x, self.y)
@@ -101,7 +101,7 @@ class Run:
             "height_std": polar["spread"],
             "slope_range": polar["slope_x"] * east,
             "slope_azimuth": polar["slope_x"] * 0.0,
-            "ground_range": like * reduce.ground_range(self.range, self.scene.radar.height_m),
+            "ground_range": like * ground_range(self.range, self.scene.radar.height_m),
             "coherence": like,
             "phase": like,
             "phase_unwrapped": like,

@@ -11,7 +11,7 @@ from made_run import NOISE_W, Run, along, images_of, shown, small, values
 from matplotlib.collections import QuadMesh
 from numpy.testing import assert_allclose
 
-from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.conventions import ground_range, unit_from_azimuth
 from seamap_rt.report import maps as drawn_maps
 from seamap_rt.report import page_elements, reduce
 from seamap_rt.report.curves import error_against_range, visible_share
@@ -61,7 +61,7 @@ def test_the_echo_lies_where_the_antenna_looked(sector: list[float]) -> None:
     assert np.isfinite(level).all()
     look, column = np.unravel_index(np.argmax(level), level.shape)
     x, y = corners[look : look + 2, column : column + 2].mean(axis=(0, 1))
-    ground = float(reduce.ground_range(run.range[gate], run.scene.radar.height_m))
+    ground = float(ground_range(run.range[gate], run.scene.radar.height_m))
     east, north = unit_from_azimuth(target)
     assert_allclose((x, y), (ground * east, ground * north), atol=0.01 * ground + 0.1)
     if abs(target - 90.0) < 4.0:
