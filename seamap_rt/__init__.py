@@ -10,7 +10,6 @@ Names are loaded when first used, so that a retrieval loads neither Dr.Jit nor M
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING, Any
 
 from .lazy import judge, lazy_attributes
@@ -105,13 +104,11 @@ _attribute = lazy_attributes(
         "simulation": "expected",
         "wavefield": "sea_state",
     },
+    {"NoBackend": "NoBackendError"},
 )
 
 
 def __getattr__(name: str) -> Any:
     if name == "analytic":  # the judge's closed forms, where it is installed
         return judge("analytic")
-    if name == "NoBackend":
-        warnings.warn("seamap_rt.NoBackend is now called NoBackendError", DeprecationWarning, stacklevel=2)
-        name = "NoBackendError"
     return _attribute(name)

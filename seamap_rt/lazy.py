@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -12,15 +13,21 @@ from .errors import InputError
 _INSTALLED = Path(__file__).parent / "_judges"  # what a wheel calls the package `validation`
 
 
-def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+def lazy_attributes(
+    package: str, homes: Mapping[str, str], renamed: Mapping[str, str] | None = None
+) -> Callable[[str], Any]:
     """The `__getattr__` of a package.
 
     homes: names by the module that holds them, relative to the package, as {"surface": "Sea Patch"}. A home that ends
-    in a dot is a package, of which the names are modules: "." is this one.
+    in a dot is a package, of which the names are modules: "." is this one. renamed: today's names by old ones, which
+    warn.
     """
     home_of = {name: home for home, names in homes.items() for name in names.split()}
 
     def get(name: str) -> Any:
+        if new := (renamed or {}).get(name):
+            warnings.warn(f"{package}.{name} is now called {new}", DeprecationWarning, stacklevel=3)
+            name = new
         if name not in home_of:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
         home = home_of[name] if home_of[name].startswith(".") else f".{home_of[name]}"

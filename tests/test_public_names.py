@@ -49,6 +49,8 @@ def test_public_functions_say_what_they_take_and_what_they_refuse(name: str) -> 
 def test_an_earlier_name_goes_on_with_a_warning() -> None:
     with pytest.warns(DeprecationWarning, match="NoBackendError"):
         assert sr.NoBackend is sr.NoBackendError
+    with pytest.warns(DeprecationWarning, match="ResolvedSea"):
+        assert sr.sea.Resolved is sr.sea.ResolvedSea
 
 
 def test_errors_and_what_functions_return_have_public_names() -> None:

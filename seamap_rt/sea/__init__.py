@@ -83,4 +83,5 @@ __getattr__ = lazy_attributes(
         "systems": "WaveFacts directional_density spectral_system wave_facts",
         "wave_trains": "Components SurfaceState direct_sum",
     },
+    {"Resolved": "ResolvedSea"},
 )
