@@ -73,14 +73,14 @@ STUDIES: dict[str, Study] = {
     "slopes": Study("scene", 2, "retrieval.slopes", _MAPS),
     "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 962),
     "seas": Study("scene", 12, "retrieval.seas", _MAPS),
-    "hidden": Study("validate", 5, "retrieval.hidden --draw {draw}", _MAPS, 841),
+    "hidden": Study("validate", 5, "retrieval.hidden --draw {draw}", _MAPS, 981),
     "sea_state": Study("validate", 25, "sea.sea_state --draw {draw}", f"{_MAPS} wavefield", 941),
     "sea_state_long": Study(
         "validate", 18, "sea.sea_state --draw {draw} --of long --count 30", f"{_MAPS} wavefield", 942
     ),
     "sea_state_seeds": Study("scene", 1, "sea.sea_state --seeds 11 12", f"{_MAPS} wavefield"),
     "finite_depth": Study("debug", 6, "sea.finite_depth", "wavefield physics"),
-    "sensors": Study("validate", 4, "retrieval.sensors --draw {draw}", _MAPS, 571),
+    "sensors": Study("validate", 4, "retrieval.sensors --draw {draw}", _MAPS, 982),
     "recorded_data": Study("debug", 0.5, "retrieval.recorded_data", "io interferometry"),
     "inspected": Study("debug", 4, "retrieval.inspected", "inspection interferometry"),
     "spoilt": Study("debug", 1.5, "retrieval.spoilt", "inspection interferometry io"),

@@ -8,8 +8,8 @@ visible part is said to stand above the cell's mean, and by how much heights are
 these seas the constants of shadow.py can be judged.
 
 With a number: on seas and radars that it draws, each in VV and in HH, of all cells with a height from 50 to 200 m, what
-is said to be in sight less what is, by tenths of what is said: the mean over draws of 100 such cells and more, how many
-draws those are, and the same of all cells together.
+is said to be in sight less what is: the rms of all cells; and by tenths of what is said the mean over draws of 100 such
+cells and more, how many draws those are, and the same of all cells together.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ def rows(case: Case, seed: int) -> list[list[float]]:
     return found
 
 
-def calibration(number: int, count: int, polarization: str) -> None:
-    """The table of drawn scenes."""
+def calibration(number: int, count: int, polarization: str) -> tuple[list[str], str]:
+    """Rows of the two tables of drawn scenes."""
     draws: list[list[float]] = [[] for _ in range(10)]
-    total, cells = np.zeros(10), np.zeros(10)
+    total, cells, squares = np.zeros(10), np.zeros(10), 0.0
     for kind in ("seas", "radars"):
         for scene in drawn(number, kind, count, scattering__polarization=polarization):
             turn = Simulator(scene).turn(0)
@@ -82,22 +82,28 @@ def calibration(number: int, count: int, polarization: str) -> None:
             tenth = np.minimum((10.0 * share[known]).astype(int), 9)
             off = np.bincount(tenth, (share - seen)[known], 10)
             held = np.bincount(tenth, minlength=10)
-            total, cells = total + off, cells + held
+            total, cells, squares = total + off, cells + held, squares + float(((share - seen)[known] ** 2).sum())
             for n in np.flatnonzero(held >= FEWEST_OF_DRAW):
                 draws[n].append(off[n] / held[n])
-    print(f"{polarization}, said      " + " ".join(f"{n / 10:.1f}–{(n + 1) / 10:.1f}" for n in range(10)))
-    print("mean over draws " + " ".join(f"{np.mean(each) if each else np.nan:+7.3f}" for each in draws))
-    print("draws           " + " ".join(f"{len(each):7d}" for each in draws))
-    print(
-        "all cells       " + " ".join(f"{a / max(b, 1):+7.3f}" for a, b in zip(total, cells, strict=True)), flush=True
-    )
+    tenths = {
+        "mean over draws": [f"{np.mean(each) if each else np.nan:+.3f}" for each in draws],
+        "draws": [f"{len(each)}" for each in draws],
+        "all cells": [f"{a / max(b, 1):+.3f}" for a, b in zip(total, cells, strict=True)],
+    }
+    said = [f"| {polarization}, {name} | {' | '.join(values)} |" for name, values in tenths.items()]
+    return said, f"| {polarization} | {np.sqrt(squares / cells.sum()):.3f} | {cells.sum():.0f} |"
 
 
 def main() -> None:
     arguments = options(__doc__, seeds=2, draw=int, count=12)
     if arguments.draw is not None:
-        for polarization in ("VV", "HH"):
-            calibration(arguments.draw, arguments.count, polarization)
+        found = [calibration(arguments.draw, arguments.count, each) for each in ("VV", "HH")]
+        print("**said less true, by tenths of the share said to be in sight**\n")
+        print("| said | " + " | ".join(f"{n / 10:.1f}–{(n + 1) / 10:.1f}" for n in range(10)) + " |")
+        print("|---" * 11 + "|")
+        print("\n".join(row for said, _ in found for row in said))
+        print("\n**rms error of a cell's share**\n\n|  | rms | cells |\n|---|---|---|")
+        print("\n".join(rms for _, rms in found))
         return
     print(f"{'sea':28} cells  in sight, found  crest bias, mean error  error bar, rms error")
     for case in SEAS:
