@@ -185,10 +185,13 @@ def test_a_run_goes_on_while_the_page_is_away_and_is_cancelled_or_killed(watched
     expect(page.get_by_text(re.compile(r"killed by SIGKILL.*; \d+ whole turns stay readable"))).to_be_visible()
 
 
-def test_on_a_phone_nothing_is_wider_than_the_screen(browser: Browser, server: Server) -> None:
+def test_on_a_phone_nothing_is_wider_than_the_screen_and_figures_come_first(browser: Browser, server: Server) -> None:
     opened = open_page(browser, server, 390, 844)
     page = opened.page
     expect(page.get_by_text(re.compile("Likely to measure"))).to_be_visible()
+    tile, form = page.get_by_text("Fully measured radius").first, page.get_by_text("Scene file and command line")
+    heights = [(box := each.bounding_box()) and box["y"] for each in (tile, form)]
+    assert 0.0 < heights[0] < min(844.0, heights[1])  # on the first screen, above the form
     for name in ("Design", "Runs", "See", "Compare", "Trade"):
         tab = page.locator(".q-header").get_by_role("tab", name=name, exact=True)
         tab.scroll_into_view_if_needed()
