@@ -404,12 +404,14 @@ def kills(
 
 
 def table(fates: Sequence[Fate]) -> Iterator[str]:
-    """A line for each command and signal."""
-    yield f"{'command':14}{'signal':10}{'kills':>6}{'failed':>8}   whole when it was stopped"
+    """A line for each command and signal, and all."""
+    yield "| command | signal | kills | failed | whole when it was stopped |"
+    yield "|---|---|---|---|---|"
     for command, name in dict.fromkeys((fate.command, fate.signal) for fate in fates):
         these = [fate for fate in fates if (fate.command, fate.signal) == (command, name)]
         whole = ", ".join(f"{what} × {count}" for what, count in sorted(Counter(fate.whole for fate in these).items()))
-        yield f"{command:14}{name:10}{len(these):6}{sum(bool(fate.wrong) for fate in these):8}   {whole}"
+        yield f"| {command} | {name} | {len(these)} | {sum(bool(fate.wrong) for fate in these)} | {whole} |"
+    yield f"| all | | {len(fates)} | {sum(bool(fate.wrong) for fate in fates)} | |"
 
 
 def main() -> None:
@@ -422,12 +424,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="seamap-rt-kills-") as home:
         chosen = [each for name, each in commands(Path(home)).items() if name in (arguments.only or every)]
         fates = kills(chosen, arguments.kills, arguments.seed, Path(home), say=lambda line: print(line, flush=True))
-    print()
+    print("\n**stops at random instants**\n")
     for line in table(fates):
         print(line)
-    failed = [fate for fate in fates if fate.wrong]
-    print(f"{len(fates)} kills, {len(failed)} failed")
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if any(fate.wrong for fate in fates) else 0)
 
 
 if __name__ == "__main__":
