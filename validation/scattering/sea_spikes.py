@@ -1,12 +1,16 @@
 """Sea spikes beside breakers that are a share of each facet: texture, tails, life, speed, and what they do to maps.
 
-    python -m validation.scattering.sea_spikes [--only texture,tails,life,speed,heights,seas] [--seeds 11:16] [--set …]
+    python -m validation.scattering.sea_spikes [--only texture,tails,life,speed,ratio,heights,seas] [--seeds 11:16]
+        [--set KEY=VALUE]…
 
   texture  shape ν of the texture of single looks and gates, by range, beside the law of Watts & Wicks (1990)
   tails    how often the intensity with speckle exceeds 5, 10, 20 and 30 times its mean, beside the K-distribution of
            the law's ν and of the simulated ν
   life     correlation of the texture of the same cells after 0.02 to 2 s
   speed    echo-weighted speed of the scatterers over the water, up-wave, of all and of the brightest 1 % of the facets
+  ratio    HH beside VV of the same cells (power without speckle) at 2.5 to 3.5° grazing, up-wave ±30°: the brightest
+           hundredth in HH, and the cells where HH exceeds VV (Hwang et al. 2008: 10 to 15 dB over HH's mean, 1 to 2 dB
+           over VV's, 1.4 to 5.5°)
   heights  choppy_sea with noise: errors, error bars and lost cells, with and without spikes
   seas     the same over the seas of `validation.retrieval.seas`
 
@@ -192,6 +196,30 @@ def speed(seeds: range, changes: dict[str, str]) -> None:
             print(f"{polarization} {label:8} {sums[0] / sums[1]:6.2f} {sums[2] / sums[3]:6.2f}")
 
 
+def ratio(seeds: range, changes: dict[str, str]) -> None:
+    print("**HH beside VV of the same cells**\n")
+    print("|  | HH over VV, dB | brightest hundredth, dB | cells with HH > VV | HH there over its mean, dB | VV, dB |")
+    print("|---|---|---|---|---|---|")
+    for spikes in (True, False):
+        pairs = []
+        for seed in seeds:
+            scene = scene_of(seed, "HH", spikes, changes)
+            (horizontal, _, angle, ranges), vertical = levels(scene), levels(scene_of(seed, "VV", spikes, changes))[0]
+            grazing = np.degrees(np.arcsin(scene.radar.height_m / ranges))
+            cells = (np.abs(angle) <= 30.0)[:, None] & ((grazing > 2.5) & (grazing < 3.5))
+            fall = np.broadcast_to(vertical[np.abs(angle) <= 30.0].mean(axis=0), cells.shape)
+            pairs.append(np.stack((horizontal[cells], vertical[cells])) / fall[cells])
+        hh, vv = np.concatenate(pairs, axis=1)
+        bright, over = hh >= np.quantile(hh, 0.99), hh > vv
+        levels_db = (
+            *(10.0 * np.log10(hh[those].mean() / vv[those].mean()) for those in (slice(None), bright)),
+            *(10.0 * np.log10(each[over].mean() / each.mean()) if over.any() else np.nan for each in (hh, vv)),
+        )
+        share = f"{100.0 * over.mean():.1f} %"
+        cells = [f"{each:+.1f}" for each in levels_db]
+        print(f"| {'spikes' if spikes else 'without'} | {cells[0]} | {cells[1]} | {share} | {cells[2]} | {cells[3]} |")
+
+
 def _table(name: str, scenes: Callable[[int, bool], Scene], seeds: range) -> None:
     for spikes in (False, True):
         rows = []
@@ -227,7 +255,7 @@ def seas(seeds: range, changes: dict[str, str]) -> None:
         )
 
 
-SECTIONS = {each.__name__: each for each in (texture, tails, life, speed, heights, seas)}
+SECTIONS = {each.__name__: each for each in (texture, tails, life, speed, ratio, heights, seas)}
 
 
 def main() -> None:
