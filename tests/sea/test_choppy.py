@@ -135,11 +135,11 @@ def test_variance_over_the_ground_is_the_closed_form_before_it_is_corrected():
 def test_significant_height_stays_what_was_asked_for():
     wave = jonswap(significant_wave_height_m=2.0, peak_period_s=4.0)
     settings = choppy(wave, resolution_m=2.0)
-    variances = np.array([choppy_facts(realize(settings, seed=n)).elevation_std ** 2 for n in range(24)])
+    variances = np.array([choppy_facts(realize(settings, seed=n)).elevation_std ** 2 for n in range(12)])
     asked = realize(settings, seed=0).resolved
     assert asked.choppy is not None
     assert asked.choppy.amplitude_scale > 1.004
-    assert abs(variances.mean() - asked.variance) < 4.0 * variances.std() / np.sqrt(23)
+    assert abs(variances.mean() - asked.variance) < 4.0 * variances.std() / np.sqrt(11)
     np.testing.assert_allclose(
         asked.elevation_std, realize(settings.model_copy(update={"model": "linear"}), 0).resolved.elevation_std
     )
