@@ -154,7 +154,8 @@ def test_bad_input_is_one_line(call: Any, arguments: Any, words: tuple[str, ...]
         {"scattering__decorrelation_time_s": np.inf},
     ],
 )
-def test_any_scene_has_a_budget(keys: dict[str, Any], tmp_path: Path) -> None:
+def test_any_scene_has_a_budget(keys: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seamap_rt.report.style.DPI", 40)  # nothing here looks at pixels
     made = write_link(scene_of(**keys), tmp_path)
     assert [path.name for path in made.files] == list(PRODUCTS)
     text = "\n".join(made.lines)

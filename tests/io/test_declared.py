@@ -393,9 +393,14 @@ def said(call: Callable[[], object]) -> list[str]:
     return []
 
 
+_KEYS = {str(field.annotation): key for key, field in RecordingHeader.model_fields.items()}
+OF_EACH_TYPE = {*_KEYS.values(), "ITER", "header"}
+
+
 @pytest.mark.parametrize("key", [*RecordingHeader.model_fields, "ITER", "header"])
 def test_a_header_of_any_type_is_taken_or_refused_in_plain_words(key: str, tmp_path: Path) -> None:
-    """Every key × every type that TOML and JSON have: a line, and no word of Python's."""
+    """Every key × every type that TOML and JSON have: a line, and no word of Python's; as attributes one key of each
+    type, for what is read of them is held alike."""
     as_toml, as_json, as_attributes = tmp_path / "a.toml", tmp_path / "a.json", tmp_path / "a.h5"
     as_hdf5(as_attributes, PLAIN, {})
     for name, value in (TOML | MADE_OF).items():
@@ -413,6 +418,7 @@ def test_a_header_of_any_type_is_taken_or_refused_in_plain_words(key: str, tmp_p
             not isinstance(value, dict)
             and value != 10**20
             and not (isinstance(value, list) and value[:1] in ([{"a": 1}],))
+            and key in OF_EACH_TYPE
         ):
             with h5py.File(as_attributes, "a") as file:
                 file.pop("header", None)
