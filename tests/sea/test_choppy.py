@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from seamap_rt.physics.dispersion import wavenumber
 from seamap_rt.sea import Sea, direct_sum, realize
 from seamap_rt.sea.choppy import ChoppySurface, Displacement, height_keeping_scale
 from seamap_rt.sea.facts import ChoppyFacts
@@ -284,11 +283,3 @@ def test_no_waves_are_flat(waves):
     assert not sea.elevation(np.arange(3.0), 0.0, 1.0).any()
     np.testing.assert_allclose(sea.velocity(0.0, 0.0, 0.0), [1.0, 0.0, 0.0], atol=1e-15)
     assert not sea.folded(np.arange(3.0), 0.0, 1.0).any()
-
-
-def test_shallow_water_stretches_orbits():
-    k = 2.0 * np.pi / 20.0
-    assert float(wavenumber(1.0, 2.0)) > float(wavenumber(1.0, np.inf))
-    shallow = choppy_facts(realize(choppy(sinusoid(height_m=0.1), depth_m=1.0), seed=1)).set_down
-    deep = choppy_facts(realize(choppy(sinusoid(height_m=0.1)), seed=1)).set_down
-    np.testing.assert_allclose(shallow / deep, 1.0 / np.tanh(k), rtol=1e-12)
