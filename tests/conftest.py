@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -35,15 +37,31 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 def pytest_configure(config: pytest.Config) -> None:
     """What a turn frees the next takes again: given back to the system in between, pages cost the tests a twentieth.
 
-    Before workers start, which read it as they do.
+    Before workers start, which read it as they do. Some fifty processes keep what they compile of the package, half a
+    second each, and workers what they compile of the tests, whatever the environment says.
     """
     if not hasattr(config, "workerinput"):
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         os.environ.setdefault("MALLOC_MMAP_THRESHOLD_", str(2**25))
         os.environ.setdefault("MALLOC_TRIM_THRESHOLD_", str(2**31))
 
 
 @pytest.fixture
-def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`seamap-rt run` draws its report in this process, where fixtures reach it: another one takes seconds to load, and
+    draws as finely as for a reader. The other one's law is `test_both_processes_draw_the_same`."""
+
+    @contextlib.contextmanager
+    def here() -> Iterator[Callable[..., Path]]:
+        from seamap_rt.report.page import write_report
+
+        yield write_report
+
+    monkeypatch.setattr("seamap_rt.session.report_process.ReportProcess", here)
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch, drawn_here: None) -> None:
     """The report holds words and tables alone: drawing takes most of a small run's time, and not each test looks."""
     monkeypatch.setattr("seamap_rt.report.page.pictures", lambda *_: ())
 

@@ -258,16 +258,6 @@ def test_turn_that_fails_halfway_leaves_the_whole_ones(
     assert_same_echoes(open_echoes(tmp_path / "echoes.zarr"), both([first, second]))
 
 
-def test_pulses_of_an_unfinished_turn_are_left_out(tmp_path: Path) -> None:
-    turns = echo_turns(2)
-    store = EchoStore(tmp_path / "echoes.zarr")
-    for turn in turns:
-        store.append(turn)
-    zarr.open_group(tmp_path / "echoes.zarr", mode="r+").attrs["complete_turns"] = 1
-    found = open_echoes(tmp_path / "echoes.zarr")
-    assert_same_echoes(found, turns[0])
-
-
 def test_store_without_an_attribute_is_refused(tmp_path: Path) -> None:
     (turn,) = echo_turns(1)
     EchoStore(tmp_path / "echoes.zarr").append(turn)
@@ -376,16 +366,6 @@ def test_other_threads_write_without_signals() -> None:
     assert done == ["written"]
 
 
-def test_nothing_appears_before_the_end_nor_without_a_turn(tmp_path: Path) -> None:
-    with AppendableNetCDF(tmp_path / "maps.nc"):
-        pass
-    assert list(tmp_path.iterdir()) == []
-    with AppendableNetCDF(tmp_path / "maps.nc") as file:
-        file.append(tree(0))
-        assert not (tmp_path / "maps.nc").exists()
-    assert [path.name for path in tmp_path.iterdir()] == ["maps.nc"]
-
-
 def test_earlier_file_is_untouched_until_the_new_one_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "maps.nc"
     with AppendableNetCDF(path) as file:
@@ -403,19 +383,6 @@ def test_earlier_file_is_untouched_until_the_new_one_is_whole(tmp_path: Path) ->
         pass
     assert path.read_bytes() == whole
     assert [found.name for found in tmp_path.iterdir()] == ["maps.nc"]
-
-
-def test_interrupted_file_holds_its_whole_turns(tmp_path: Path) -> None:
-    def interrupted() -> None:
-        with AppendableNetCDF(tmp_path / "maps.nc") as file:
-            file.append(tree(0))
-            file.append(tree(1))
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    with xr.open_datatree(tmp_path / "maps.nc") as found:
-        assert {found[group].sizes["turn"] for group in ("polar", "ground")} == {2}
 
 
 def test_turn_that_fails_halfway_is_taken_back(tmp_path: Path) -> None:

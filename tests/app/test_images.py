@@ -126,8 +126,13 @@ def test_every_figure_of_the_page_is_legible_and_has_words(pictures: dict[str, P
         if np.ptp(to_rgb(before)) > 0.0:
             assert line.get_color() == before  # colours mean the same on any page
         assert _contrast(line.get_color(), figure.get_facecolor()) > 2.2 or line.get_color() == style.GRID
-    (image,) = draw_images([pictures[kind]], dark)
-    assert len(image.alt) > 20
+    assert len(pictures[kind].alt) > 20
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_an_image_has_the_width_of_the_page_and_its_words(pictures: dict[str, Picture], dark: bool) -> None:
+    (image,) = draw_images([pictures["shares"]], dark)
+    assert image.alt == pictures["shares"].alt
     assert Opened.open(io.BytesIO(base64.b64decode(image.source.partition(",")[2]))).size[0] == 936
 
 

@@ -38,7 +38,7 @@ class Answer(NamedTuple):
 
 
 @pytest.fixture
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawn_here: None) -> Iterator[None]:
     """Work in an empty folder, draw coarsely, and give SIGTERM back as it was."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("seamap_rt.report.style.DPI", 40)  # nothing of the command line looks at pixels

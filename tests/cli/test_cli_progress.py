@@ -8,8 +8,13 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
-from command_line import ended, settings, start
+import command_line
+import pytest
+from command_line import settings
+
+call = command_line.call  # a fixture
 
 SCENE = ["tiny", *settings(), "--turns", "6"]
 
@@ -51,9 +56,12 @@ def test_a_terminal_sees_stage_and_time_left(tmp_path: Path) -> None:
     assert " left" in text
 
 
-def test_a_pipe_sees_none_of_it_whatever_is_forced(tmp_path: Path) -> None:
+def test_what_is_no_terminal_sees_none_of_it_whatever_is_forced(
+    call: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Without the variable too: what an interrupted run says on a pipe is one line (`test_cli_interrupted`)."""
-    answer = ended(start("simulate", *SCENE, "--out", str(tmp_path / "results"), FORCE_COLOR="1"))
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    answer = call("simulate", *SCENE, "--out", tmp_path / "results")
     assert answer.code == 0, answer.err
     assert answer.err == ""
     assert answer.out.count("\n") == 1

@@ -87,25 +87,12 @@ def test_simulate_takes_turns_and_seed_as_run_does(call: Any) -> None:
     assert echoes.identical(open_echoes("same/echoes.zarr"))
 
 
-def test_negative_wavelength_is_one_line(call: Any) -> None:
-    answer = call("run", "sinusoid", "--set", "sea.waves.0.wavelength_m=-40")
-    assert_refused(answer, "sea.waves.0.wavelength_m = -40", "greater than 0")
-
-
 @pytest.mark.parametrize("command", ["run", "simulate"])
 def test_antenna_under_water_at_time_0_is_one_line(call: Any, command: str) -> None:
     pairs = [part for key, value in DROWNED.items() for part in ("--set", f"{key}={value}")]
     answer = call(command, "sinusoid", "--out", "results", *pairs)
     assert_refused(answer, "radar.height_m = 2.4", "lower antenna, at 2.30 m", "under water at time 0", "2.50 m")
     assert not any(Path("results").glob("*"))
-
-
-def test_higher_crest_further_off_is_not_refused(call: Any) -> None:
-    """The same wave with its trough at the antenna and its crest, above it, half a wavelength away."""
-    pairs = DROWNED | {"sea.waves.0.phase_deg": 180.0, "radar.sector_deg": "[80,90]", "radar.range_m": "[15,60]"}
-    chosen = [part for key, value in pairs.items() for part in ("--set", f"{key}={value}")]
-    answer = call("simulate", "sinusoid", "--out", "results", "--set", "tracing.tracer=horizon", *chosen)
-    assert answer.code == 0, answer.err
 
 
 @pytest.mark.parametrize("command", ["run", "simulate"])
@@ -153,11 +140,6 @@ def test_a_terminal_that_knows_ascii_alone_is_served() -> None:
     assert "?" in answer.out
     assert answer.out.isascii()
     assert_refused(ended(start("run", "tiny", "--turns", "½", PYTHONIOENCODING="ascii")), "--turns")
-
-
-def test_missing_scene_is_one_line(call: Any) -> None:
-    assert_refused(call("run", "chopy_sea"), "chopy_sea", "choppy_sea")
-    assert_refused(call("run", "none.toml"), "none.toml")
 
 
 @pytest.mark.parametrize("product", PRODUCTS)
@@ -218,14 +200,10 @@ def test_refusals_reach_the_shell() -> None:
 # ------------------------------------------------------------------------------------------- refused, nothing lost
 
 
-def test_waves_that_do_not_fit_the_patch_are_one_line(call: Any) -> None:
-    answer = call("run", "tiny", *settings(), "--set", "sea.waves.0.peak_period_s=40", "--out", "long")
-    assert_refused(answer, "sea", "extent_m")
-
-
-@pytest.mark.usefixtures("no_pictures")
 def test_a_refused_overwrite_loses_nothing(call: Any) -> None:
-    assert call("run", "tiny", *settings(), "--out", "kept").code == 0
+    Path("kept").mkdir()
+    for product in PRODUCTS:
+        Path("kept", product).write_text("of another run")
     before = sorted(path.name for path in Path("kept").iterdir())
     long_waves = ("--set", "sea.waves.0.peak_period_s=40")
     assert_refused(call("run", "tiny", *settings(), *long_waves, "--out", "kept", "--overwrite"), "sea")

@@ -10,7 +10,6 @@ import pytest
 from exact_echoes import MODES, ROCKING, SEED, direct_sum, mast_of, radar_of, relative_rms, sea_seen
 from numpy.typing import NDArray
 
-from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes import from_scatterers, slow_time, turn_voltages
 from seamap_rt.echoes.slow_time import widest
@@ -225,18 +224,6 @@ def test_a_fan_abeam_stays_upright_and_nods(heading: float, brighter: bool) -> N
 
 
 # --------------------------------------------------------------------------------------------------- bits and seams
-
-
-def test_same_bits_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    radar = radar_of(noise=True)
-    facets, rcs, fired = sea_seen(radar, ROCKING)
-    heard = []
-    for count in (1, 2, 3):
-        monkeypatch.setattr(machine, "threads", lambda count=count: count)
-        heard.append(turn_voltages(facets, rcs, Installation(radar), fired, SEED, 0.01))
-    one, two, three = heard
-    np.testing.assert_array_equal(one, two)
-    np.testing.assert_array_equal(one, three)
 
 
 # Rolling through upright when a turn ends; running, and so with another Doppler band and other nodes in every turn.

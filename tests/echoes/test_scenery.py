@@ -47,11 +47,11 @@ def loudness(made: Scene, turn: int = 0, draws: int = 1) -> tuple[Array, Array]:
     return power, fired.azimuth
 
 
-@pytest.mark.parametrize("turn", [0, 3])
-def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
-    """Its place to a few centimetres, its mean power over draws; also 15 m on, as a moving boat sees it."""
+def test_an_echo_by_the_radar_equation(tmp_path: Path) -> None:
+    """Its place to a few centimetres, its mean power over draws, 15 m on, as a moving boat sees it."""
     size, east, north = 0.2, 10.0, 60.0
-    boat = 15.8 if turn else 0.0  # where it is when the beam passes, 0.16 turns after the third
+    # The turntable passes the start of its sector at the start of each turn.
+    boat = 15.0 + 5.0 * 3.0 / 360.0
     level = np.hypot(east - boat, north)
     bearing = np.degrees(np.arctan2(east - boat, north)) % 360.0
     distance = np.hypot(level, 5.0 - 1.0)
@@ -61,16 +61,10 @@ def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
         "radar__sector_deg": [bearing - 3.0, bearing + 3.0],
         "radar__range_m": [near, near + 45.0],
         "turns": 4,
+        **SPEED,
     }
-    if turn:  # the turntable passes the start of its sector at the start of each turn
-        boat = 15.0 + 5.0 * 3.0 / 360.0
-        level = np.hypot(east - boat, north)
-        bearing = np.degrees(np.arctan2(east - boat, north)) % 360.0
-        distance = np.hypot(level, 4.0)
-        keys |= SPEED | {"radar__sector_deg": [bearing - 3.0, bearing + 3.0]}
-        keys["radar__range_m"] = [distance - 30.0, distance + 15.0]
     made = scene(box((size, size, size), (0.0, 0.0, 1.0)), tmp_path, **keys)
-    power, azimuth = loudness(made, turn, draws=100)
+    power, azimuth = loudness(made, 3, draws=100)
     ranges = gates(made.radar)
     off = wrap_degrees(azimuth - bearing)
     total = power.sum()
@@ -90,32 +84,6 @@ def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
     assert power[pulse, gate] / expected == pytest.approx(1.0, abs=0.4)
     # It is heard where the beam looks, and nowhere else: two-way −3 dB at 0.65°.
     assert power[np.abs(off) > 2.2].max() < 1e-3 * power[pulse, gate]
-
-
-def test_many_frequencies_share_the_mean_power(tmp_path: Path) -> None:
-    """A vessel, 8 to 12 GHz in steps by which its 12 m turn over several times: in all, its rcs at its range."""
-    objects = Path(__file__).parents[2] / "scenes" / "objects"
-    ratio = []
-    for frequency in np.linspace(9.6e9, 10.4e9, 33):
-        made = scene(
-            box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)),
-            tmp_path,
-            thing={"mesh": str(objects / "vessel.ply"), "position_m": [0.0, 60.0, 0.0], "rcs_dbsm": 20.0},
-            radar__frequency_hz=float(frequency),
-            radar__antenna__pattern="gaussian",
-        )
-        power, _ = loudness(made)
-        aerial, wavelength = antenna(made.radar), SPEED_OF_LIGHT / frequency
-        # All of it, over gates and pulses: the integrals of response and beam stand for the place.
-        ranges = np.arange(-30.0, 30.0, 1.5)
-        gated = np.sum(RangeResponse.of(made.radar)(ranges) ** 2)
-        turn = np.arange(-5.0, 5.0, 0.036)
-        beam = np.sum(aerial.azimuth(np.sin(np.radians(turn))) ** 4)
-        point = aerial.gain**2 * wavelength**2 * 100.0 / ((4.0 * np.pi) ** 3 * 60.0**4 * from_db(made.radar.losses_db))
-        ratio.append(power.sum() / (point * gated * beam))
-    # Each is a mean over some two cells of range of exponential powers, all of the same 64 places: 4 of 1/√33, and the
-    # elevation pattern, 2° to 5° off its axis, takes 5 to 30 % (it is 18° wide one way).
-    assert np.mean(ratio) == pytest.approx(0.8, abs=0.45)
 
 
 def test_what_stands_under_water_echoes_nothing(tmp_path: Path) -> None:

@@ -50,15 +50,6 @@ def test_a_channel_belongs_to_its_antenna() -> None:
     np.testing.assert_array_equal(turned[:, 1], even[:, 1])
 
 
-def test_turns_have_noise_of_their_own() -> None:
-    echoes = sr.echoes.from_scatterers(scene(turns=2), [[0.0, 5000.0, 0.0]], 0.0)
-    turns = [echoes["voltage"].values[echoes["turn"].values == turn].ravel() for turn in (0, 1)]
-    count = min(map(len, turns))
-    one, other = (turn[:count] for turn in turns)
-    correlation = abs(np.vdot(one, other)) / np.sqrt(np.vdot(one, one).real * np.vdot(other, other).real)
-    assert correlation < 5.0 / np.sqrt(count)
-
-
 def test_expectation_and_echoes_share_the_channels() -> None:
     keys = {"radar__channel_gain_db": 6.0, "radar__channel_phase_deg": 40.0, "radar__noise": False}
     plain, unlike = (sr.expected(scene(**each)) for each in ({}, keys))

@@ -53,21 +53,25 @@ def test_a_file_without_turns_does_not_appear(tmp_path: Path) -> None:
 # ---------------------------------------------------------------------------------------------------------- the run
 
 
-@pytest.fixture(scope="module")
-def long_run(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
-    """Thirty-six turns with two gauges."""
-    folder = tmp_path_factory.mktemp("long")
+def run_of(turns: int, folder: Path) -> RunResult:
+    """Turns with two gauges."""
     tables = (
         'name = "wire"\neast_m = -50.0\nnorth_m = 1.0',
         'name = "near"\nground_range_m = 30.0\nazimuth_deg = 268.0',
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(style, "DPI", 40)  # nothing here looks at pixels
-        return run(load_scene(with_gauges(folder, 36, *tables)), folder / "out")
+        return run(load_scene(with_gauges(folder, turns, *tables)), folder / "out")
+
+
+@pytest.fixture(scope="module")
+def short_run(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
+    return run_of(9, tmp_path_factory.mktemp("short"))
 
 
 @pytest.mark.slow
-def test_the_radar_follows_the_wires_of_a_long_run(long_run: RunResult) -> None:
+def test_the_radar_follows_the_wires_of_a_long_run(tmp_path: Path) -> None:
+    long_run = run_of(36, tmp_path)
     metrics = json.loads((long_run.folder / "metrics.json").read_text(encoding="utf-8"))
     assert [entry["name"] for entry in metrics["gauges"]] == ["wire", "near"]
     for entry in metrics["gauges"]:
@@ -81,19 +85,19 @@ def test_the_radar_follows_the_wires_of_a_long_run(long_run: RunResult) -> None:
         assert "half the turn rate" in entry["aliasing"]
 
 
-def test_gauges_nc_holds_what_maps_and_truth_hold(long_run: RunResult) -> None:
+def test_gauges_nc_holds_what_maps_and_truth_hold(short_run: RunResult) -> None:
     with (
-        xr.open_dataset(long_run.folder / "gauges.nc") as gauges,
-        xr.open_datatree(long_run.folder / "maps.nc") as maps,
-        xr.open_datatree(long_run.folder / "truth.nc") as truth,
+        xr.open_dataset(short_run.folder / "gauges.nc") as gauges,
+        xr.open_datatree(short_run.folder / "maps.nc") as maps,
+        xr.open_datatree(short_run.folder / "truth.nc") as truth,
     ):
         check("gauges", gauges)
-        assert gauges.sizes == {"gauge": 2, "turn": 36, "sample": 144}
+        assert gauges.sizes == {"gauge": 2, "turn": 9, "sample": 36}
         first = [
             xr.DataTree.from_dict({f"/{group}": tree[group].to_dataset().isel(turn=slice(0, 8)) for group in tree})
             for tree in (maps, truth)
         ]
-        again = gauge_series(first[0], None, load_scene(long_run.folder / "scene.toml").gauges, first[1])
+        again = gauge_series(first[0], None, load_scene(short_run.folder / "scene.toml").gauges, first[1])
         for name in ("height", "height_std", "seen_time", "quality", "seen_cell_height"):
             assert_array_equal(again[name].values, gauges[name].values[:, :8])
         # The wire passes through the surface at the radar's times: a wave of 1 s between samples of ¼ s is missed by
@@ -103,13 +107,13 @@ def test_gauges_nc_holds_what_maps_and_truth_hold(long_run: RunResult) -> None:
             assert np.sqrt(np.mean((between - gauges["seen_true_height"].values[number]) ** 2)) < 0.03
 
 
-def test_the_report_shows_the_gauges(long_run: RunResult) -> None:
-    page = (long_run.folder / "report.html").read_text(encoding="utf-8")
+def test_the_report_shows_the_gauges(short_run: RunResult) -> None:
+    page = (short_run.folder / "report.html").read_text(encoding="utf-8")
     for name in ("gauge_0", "gauge_1", "evolution"):
         assert f'<figure id="{name}">' in page
     assert "Wave gauge: near" in page
     assert "<h3>Wave gauges</h3>" in page
-    assert (long_run.folder / "gauge_1.png").exists()
+    assert (short_run.folder / "gauge_1.png").exists()
 
 
 def test_an_interrupted_run_leaves_whole_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -219,34 +219,6 @@ def test_lines_are_meshed_when_the_beam_passes(rpm: float, turn: int) -> None:
     assert_allclose(mesh.velocity_look, particle, rtol=0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("sector", SECTORS)
-def test_column_numbers_go_on_into_the_next_turn(sector: list[float]) -> None:
-    """A number stands for one place at one time: shared by two turns only where they overlap."""
-    made = scene(sector)
-    first, second = (polar_grid(Installation(made.radar), made.tracing, turn) for turn in (4, 5))
-    shared, here, there = np.intersect1d(first.column_number, second.column_number, return_indices=True)
-    overlap = first.columns - first.per_circle
-    assert shared.size == max(overlap, 0)
-    assert_allclose(first.column_time[here], second.column_time[there], rtol=0.0, atol=1e-9)
-    around = (first.column_azimuth[here] - second.column_azimuth[there]) / 360.0
-    assert_allclose(around, np.rint(around), rtol=0.0, atol=1e-9)
-    assert_array_equal(np.diff(first.column_number), 1)
-    assert polar_grid(Installation(made.radar), made.tracing, 0).column_number[0] >= 0
-
-
-def test_end_of_a_turn_is_the_start_of_the_next() -> None:
-    """Not only the number: the surface itself, line by line."""
-    made = scene([0.0, 360.0])
-    water = sea.realize(made.sea, 7)
-    first, second = (mesh_turn(water, made.radar, made.tracing, turn) for turn in (0, 1))
-    lines = first.grid.columns - first.grid.per_circle + 1
-    assert lines > 20
-    # The same places and times, to the bit; 1e-9 is a metre times the rounding of sums in another order.
-    assert_allclose(first.elevation[-lines:], second.elevation[:lines], rtol=0.0, atol=1e-9)
-    assert_array_equal(first.grid.time[-lines:], second.grid.time[:lines])
-    assert_array_equal(first.grid.circle_azimuth[-lines:], second.grid.circle_azimuth[:lines])
-
-
 def test_rungs_start_at_the_mast_and_hold_the_last_gate() -> None:
     made = scene([200.0, 260.0], tracing__facet_m=0.7)
     ranges = polar_grid(Installation(made.radar), made.tracing, 0).ground_range

@@ -79,7 +79,7 @@ def test_errors_are_as_predicted(name: str) -> None:
         assert error > root / 1.6 - least
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [*list(CASES)[:2], "a chirp under it", "two ways"])
 def test_the_mesh_that_is_chosen_costs_a_level_sea_little(name: str) -> None:
     """0.03 dB rms, and 0.003 of coherence; thrice that at any gate, and for a chirp as much by its sidelobes."""
     decibels, coherence = np.abs(measured(name, None))

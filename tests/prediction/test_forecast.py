@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from dataclasses import replace
 from typing import Any
@@ -24,6 +25,7 @@ from seamap_rt.prediction import (
     reconstruct,
 )
 from seamap_rt.prediction.quantity import Course
+from seamap_rt.report.page import write_report
 from seamap_rt.settings import PredictionSettings
 
 WATER = Water()
@@ -338,6 +340,7 @@ def maps_file(tmp_path_factory: pytest.TempPathFactory):
     given = [word for each in settings for word in ("--set", each)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("seamap_rt.report.style.DPI", 40)  # nothing here looks at pixels
+        patch.setattr("seamap_rt.session.report_process.ReportProcess", lambda: contextlib.nullcontext(write_report))
         assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
     return folder / "maps.nc"
 

@@ -72,8 +72,7 @@ def test_shares_near_the_noise_and_lengths_are_those_that_were_drawn() -> None:
     assert ring.range_length == pytest.approx(4.0 * 7.5, rel=0.06)
 
 
-@pytest.mark.parametrize("length", [1, 3, 6])
-@pytest.mark.parametrize("looks", [1, 5])
+@pytest.mark.parametrize(("length", "looks"), [(1, 5), (3, 1), (6, 5)])
 def test_what_smoothing_leaves_is_what_was_drawn(length: int, looks: int) -> None:
     """Logarithms of `looks` exponentials (skewness ψ″(n)/ψ′(n)^1.5), running means of `length` gates: correlation
     is a triangle; smoothing over 7 radials × 5 gates leaves of variance and skewness what the sum's weights say."""

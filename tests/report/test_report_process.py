@@ -60,17 +60,14 @@ def test_a_process_that_has_ended_leaves_the_drawing_here(run: Run, tmp_path: Pa
         assert draw(*_given(run, tmp_path)).is_file()
 
 
-def test_an_error_of_the_drawing_is_raised_here(run: Run, tmp_path: Path) -> None:
+def test_an_error_of_the_drawing_is_raised_here_and_no_module_of_the_users_own_folder_is_taken_for_a_library(
+    tmp_path: Path, monkeypatch: Any, run: Run
+) -> None:
+    (tmp_path / "numpy.py").write_text(f"open({str(tmp_path / 'loaded')!r}, 'w').close()")
     (tmp_path / "file").write_text("no folder")
+    monkeypatch.chdir(tmp_path)
     with ReportProcess() as draw, pytest.raises(OSError, match="file"):
         draw(*_given(run, tmp_path / "file"))
-
-
-def test_no_module_of_the_users_own_folder_is_taken_for_a_library(tmp_path: Path, monkeypatch: Any, run: Run) -> None:
-    (tmp_path / "numpy.py").write_text(f"open({str(tmp_path / 'loaded')!r}, 'w').close()")
-    monkeypatch.chdir(tmp_path)
-    with ReportProcess() as draw:
-        assert draw(*_given(run, tmp_path / "drawn")).is_file()
     assert not (tmp_path / "loaded").exists()
 
 

@@ -366,7 +366,7 @@ def test_a_high_mast_or_a_far_gate_does_not_refuse_the_default_model() -> None:
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.1, 25.0), st.sampled_from([3e9, 10e9, 35e9]))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_the_width_that_a_narrow_beam_needs_satisfies_the_antenna_too(
     width: float, beam: float, frequency: float
 ) -> None:
@@ -425,15 +425,6 @@ def test_a_tilted_baseline_reaches_less_far_down() -> None:
 def test_checks_hold_for_scenes_made_in_python_too() -> None:
     with pytest.raises(ValidationError, match=r"shorten radar\.baseline_m"):
         Scene(name="made", radar=RadarSettings(baseline_m=11.0))
-
-
-def test_a_file_that_is_not_toml_is_one_line(tmp_path: Path) -> None:
-    file = tmp_path / "bad.toml"
-    file.write_text("name = choppy_sea")
-    with pytest.raises(InputError, match=r"bad\.toml: is not TOML: .*line 1"):
-        load_scene(file)
-    with pytest.raises(InputError, match=r"did you mean the shipped choppy_sea\?"):
-        load_scene("chopy_sea")
 
 
 # ----------------------------------------------------------------------------------------------- all in one go

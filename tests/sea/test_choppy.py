@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from seamap_rt.physics.dispersion import wavenumber
 from seamap_rt.sea import Sea, direct_sum, realize
 from seamap_rt.sea.choppy import ChoppySurface, Displacement, height_keeping_scale
 from seamap_rt.sea.facts import ChoppyFacts
@@ -135,11 +134,11 @@ def test_variance_over_the_ground_is_the_closed_form_before_it_is_corrected():
 def test_significant_height_stays_what_was_asked_for():
     wave = jonswap(significant_wave_height_m=2.0, peak_period_s=4.0)
     settings = choppy(wave, resolution_m=2.0)
-    variances = np.array([choppy_facts(realize(settings, seed=n)).elevation_std ** 2 for n in range(24)])
+    variances = np.array([choppy_facts(realize(settings, seed=n)).elevation_std ** 2 for n in range(12)])
     asked = realize(settings, seed=0).resolved
     assert asked.choppy is not None
     assert asked.choppy.amplitude_scale > 1.004
-    assert abs(variances.mean() - asked.variance) < 4.0 * variances.std() / np.sqrt(23)
+    assert abs(variances.mean() - asked.variance) < 4.0 * variances.std() / np.sqrt(11)
     np.testing.assert_allclose(
         asked.elevation_std, realize(settings.model_copy(update={"model": "linear"}), 0).resolved.elevation_std
     )
@@ -284,11 +283,3 @@ def test_no_waves_are_flat(waves):
     assert not sea.elevation(np.arange(3.0), 0.0, 1.0).any()
     np.testing.assert_allclose(sea.velocity(0.0, 0.0, 0.0), [1.0, 0.0, 0.0], atol=1e-15)
     assert not sea.folded(np.arange(3.0), 0.0, 1.0).any()
-
-
-def test_shallow_water_stretches_orbits():
-    k = 2.0 * np.pi / 20.0
-    assert float(wavenumber(1.0, 2.0)) > float(wavenumber(1.0, np.inf))
-    shallow = choppy_facts(realize(choppy(sinusoid(height_m=0.1), depth_m=1.0), seed=1)).set_down
-    deep = choppy_facts(realize(choppy(sinusoid(height_m=0.1)), seed=1)).set_down
-    np.testing.assert_allclose(shallow / deep, 1.0 / np.tanh(k), rtol=1e-12)

@@ -70,8 +70,7 @@ def test_a_known_wave_comes_back(beyond: str, path: str) -> None:
     assert sea.resolved.elevation_std == pytest.approx(WAVE.amplitude / np.sqrt(2.0), rel=0.01)
 
 
-@pytest.mark.parametrize("beyond", ["level", "mirrored"])
-@pytest.mark.parametrize("named", [("u", "v"), ("a", "b")])
+@pytest.mark.parametrize(("beyond", "named"), [("level", ("u", "v")), ("mirrored", ("a", "b"))])
 def test_velocities_of_the_file_are_used_where_it_has_them(beyond: str, named: tuple[str, str], tmp_path: Path) -> None:
     """Twice those of linear waves, to tell them from what the elevation says; by name, or by CF's."""
     data = dataset_of()

@@ -46,7 +46,7 @@ def whole_std(files: dict[str, str]) -> float:
 
 @pytest.mark.parametrize(
     ("times", "later"),
-    [*(("seconds", later) for later in (None, 1.0, 1.137, 2.999)), ("dates", None), ("dates", 1.137)],
+    [("seconds", None), ("seconds", 2.999), ("dates", 1.137)],
 )
 def test_a_run_is_the_record_from_there_on(
     times: str, later: float | None, files: dict[str, str], whole_std: float
@@ -69,8 +69,7 @@ def test_a_run_is_the_record_from_there_on(
     assert rms(summed - WAVE.elevation(x[:50], y[:50], np.full(50, since))) < 0.1 * WAVE.amplitude
 
 
-@pytest.mark.parametrize("times", AXES)
-@pytest.mark.parametrize("later", [None, 2.05])
+@pytest.mark.parametrize(("times", "later"), [("seconds", None), ("dates", 2.05)])
 def test_all_that_a_run_leaves_says_it_and_the_echoes_do_not(
     times: str, later: float | None, files: dict[str, str]
 ) -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from seamap_rt.physics.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea import direct_sum, realize, spectra
-from seamap_rt.settings import FlatWaves, JonswapWaves, PiersonMoskowitzWaves, SeaSettings, SinusoidWaves
+from seamap_rt.settings import FlatWaves, JonswapWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0
 
@@ -51,27 +51,6 @@ def test_expected_variance_depends_on_the_resolution_only(changes):
     np.testing.assert_allclose(sea.resolved.variance_share, expected / (1.4 / 4.0) ** 2, rtol=1e-5)
 
 
-def test_slope_variance_agrees_with_its_integral_for_any_extent():
-    found = [
-        realize(sea_of(jonswap(), extent_m=extent), seed=1).resolved.mean_square_slope
-        for extent in (256.0, 410.0, 512.0)
-    ]
-    # The lattice's rim is ragged: the number of waves within r steps wanders by about r^(2/3), at r = 128 (the smallest
-    # plane) by 25 of 51,000. Nearer in, a cell's mean slope differs from its middle's by (step/k)²: 1e-3 at the peak.
-    np.testing.assert_allclose(found, found[-1], rtol=3e-3)
-
-
-def test_height_of_many_realisations_within_its_statistical_interval():
-    settings_ = sea_of(jonswap(peak_period_s=3.0), extent_m=128.0)
-    seas = [realize(settings_, seed=n) for n in range(60)]
-    variances = [0.5 * np.sum(np.abs(sea.components().amplitude) ** 2) for sea in seas]
-    each = seas[0].spectrum.variance_density.to_numpy() * (2.0 * np.pi / 128.0) ** 2
-    # |a|²/2 is exponential with mean `each`, so the sum's variance is Σ each²: four standard errors of the mean.
-    interval = 4.0 * np.sqrt(np.sum(each**2) / len(seas))
-    assert abs(np.mean(variances) - seas[0].resolved.variance) < interval
-    assert interval < 0.1 * seas[0].resolved.variance
-
-
 def test_two_systems_add_their_variances():
     swell = jonswap(significant_wave_height_m=0.8, peak_period_s=7.0, wave_from_deg=200.0, spreading_exponent=50.0)
     crested = jonswap(significant_wave_height_m=0.5, peak_period_s=4.0, spreading="long_crested")
@@ -79,20 +58,6 @@ def test_two_systems_add_their_variances():
     together = realize(sea_of(jonswap(), swell, crested, regular), seed=3)
     alone = [realize(sea_of(one), seed=3).resolved for one in (jonswap(), swell, crested, regular)]
     np.testing.assert_allclose(together.resolved.variance, sum(one.variance for one in alone), rtol=1e-12)
-    # Independent draws: the plane's systems are not copies of one another's random numbers.
-    twice = realize(sea_of(jonswap(), jonswap()), seed=3).components().amplitude
-    once = realize(sea_of(jonswap()), seed=3).components().amplitude
-    assert np.sum(np.abs(twice) ** 2) < 3.0 * np.sum(np.abs(once) ** 2)  # copies would give 4, independent ones 2
-
-
-def test_turning_the_wind_by_90_degrees_turns_the_statistics():
-    west, south = (realize(sea_of(jonswap(wave_from_deg=d)), seed=1) for d in (270.0, 180.0))
-    # The lattice has the symmetry itself, so only rounding is left.
-    np.testing.assert_allclose(west.resolved.slope_std_east, south.resolved.slope_std_north, rtol=1e-9)
-    np.testing.assert_allclose(west.resolved.slope_std_north, south.resolved.slope_std_east, rtol=1e-9)
-    density = west.spectrum.variance_density.to_numpy()
-    turned = south.spectrum.variance_density.to_numpy()
-    np.testing.assert_allclose(turned, density.T, rtol=1e-9, atol=1e-15)
 
 
 def test_finer_resolution_keeps_the_waves_it_had():
@@ -115,6 +80,7 @@ def test_same_seed_same_bits_whatever_is_asked_beside(wind_sea):
     again = realize(sea_of(jonswap()), np.random.SeedSequence(1))
     np.testing.assert_array_equal(again.elevation_and_velocity(x, y, t)[0], elevation)
     np.testing.assert_array_equal(again.elevation_and_velocity(x, y, t)[1], velocity)
+    np.testing.assert_array_equal(again.velocity(x, y, t)[..., 2], again.elevation_rate(x, y, t))
     np.testing.assert_array_equal(again.elevation(x[17], y[17], t[17]), elevation[17])
     np.testing.assert_array_equal(again.velocity(x[::-7], y[::-7], t[::-7]).astype(np.float32), velocity[::-7])
 
@@ -188,25 +154,12 @@ def test_sinusoid_is_its_closed_form(depth, wave_from, time, phase):
     np.testing.assert_allclose(sea.velocity(x, y, time), expected, rtol=1e-12, atol=1e-9)
 
 
-def test_sinusoid_turned_by_90_degrees_is_the_same_wave_turned():
-    west, south = (realize(sea_of(sinusoid(wave_from_deg=d)), seed=1) for d in (270.0, 180.0))
-    x, y, t = scattered(50, seed=5)
-    np.testing.assert_allclose(west.elevation(x, y, t), south.elevation(-y, x, t), atol=1e-12)
-
-
-def test_time_reversed_sinusoid_is_the_wave_from_the_other_side():
-    west, east = (realize(sea_of(sinusoid(wave_from_deg=d)), seed=1) for d in (270.0, 90.0))
-    x, y, t = scattered(50, seed=6, duration=100.0)
-    np.testing.assert_allclose(west.elevation(x, y, -t), east.elevation(x, y, t), atol=1e-11)
-    np.testing.assert_allclose(west.elevation_rate(x, y, -t), -east.elevation_rate(x, y, t), atol=1e-11)
-
-
 # ------------------------------------------------------------------------------------------------- travel and laws
 
 
 @pytest.mark.parametrize(
     ("waves", "agreement"),
-    [(sinusoid(), 1.0 - 1e-9), (jonswap(spreading="long_crested"), 0.4), (jonswap(spreading_exponent=100.0), 0.4)],
+    [(sinusoid(), 1.0 - 1e-9), (jonswap(spreading_exponent=100.0), 0.4)],
 )
 def test_waves_from_the_west_travel_east(waves, agreement):
     sea = realize(sea_of(waves), seed=1)
@@ -224,37 +177,9 @@ def test_waves_from_the_west_travel_east(waves, agreement):
     assert correlation(-length / 4.0) < -agreement
 
 
-SEAS = {
-    "plane": sea_of(jonswap()),
-    "shallow": sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=3.0), depth_m=0.5),
-    "line": sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)),
-    "mixed": sea_of(
-        jonswap(), sinusoid(wave_from_deg=10.0), PiersonMoskowitzWaves(spectrum="pierson_moskowitz", wind_speed_m_s=5.0)
-    ),
-}
-
-
-@pytest.mark.parametrize("name", SEAS)
-def test_fast_path_agrees_with_the_exact_sum_even_after_12_hours(name):
-    sea = realize(SEAS[name], seed=1)
-    waves = sea.components()
-    for start in (0.0, HALF_DAY):
-        x, y, t = scattered(150, seed=3)
-        t = np.round(start + t, 1)  # few distinct times, on no knot in general
-        exact = direct_sum(waves, x, y, t)
-        elevation, velocity = sea.elevation_and_velocity(x, y, t)
-        assert np.sqrt(np.mean((elevation - exact.elevation) ** 2)) < 1e-3
-        assert np.all(np.sqrt(np.mean((velocity - exact.velocity) ** 2, axis=0)) < 1e-2)
-        assert np.sqrt(np.mean((sea.slopes(x, y, t) - exact.slopes) ** 2)) < 5e-3
-        np.testing.assert_array_equal(sea.velocity(x, y, t)[..., 2], sea.elevation_rate(x, y, t))
-        np.testing.assert_array_equal(velocity, sea.velocity(x, y, t).astype(np.float32))
-        # What the sea says of its own error is right: an rms of 150 points, ±6 %, doubled for the realisation.
-        assert np.sqrt(np.mean((elevation - exact.elevation) ** 2)) < 2.0 * sea.resolved.elevation_error + 1e-6
-
-
 def test_the_waves_grid_is_as_coarse_as_the_heights_may_err():
-    finest, allowed = realize(SEAS["plane"], seed=1), 0.02
-    coarse = realize(SEAS["plane"], seed=1, height_error_m=allowed)
+    finest, allowed = realize(sea_of(jonswap()), seed=1), 0.02
+    coarse = realize(sea_of(jonswap()), seed=1, height_error_m=allowed)
     waves = finest.components()
     np.testing.assert_array_equal(coarse.components().amplitude, waves.amplitude)  # the same sea
     assert 2.0 * finest.resolved.elevation_error < coarse.resolved.elevation_error <= 0.05 * allowed
@@ -264,7 +189,7 @@ def test_the_waves_grid_is_as_coarse_as_the_heights_may_err():
     found = np.sqrt(np.mean((coarse.elevation(x, y, t) - exact.elevation) ** 2))
     # An rms of 400 points, ±4 %, whose images are those of one realisation.
     assert found == pytest.approx(coarse.resolved.elevation_error, rel=0.25)
-    assert realize(SEAS["plane"], seed=1, height_error_m=0.1 * allowed).resolved == finest.resolved
+    assert realize(sea_of(jonswap()), seed=1, height_error_m=0.1 * allowed).resolved == finest.resolved
 
 
 def test_a_sea_of_waves_as_short_as_its_grid_keeps_their_slopes():
@@ -272,37 +197,3 @@ def test_a_sea_of_waves_as_short_as_its_grid_keeps_their_slopes():
     short = sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=1.7), resolution_m=2.0)
     finest = realize(short, seed=1)
     assert realize(short, seed=1, height_error_m=10.0).resolved == finest.resolved
-
-
-@pytest.mark.parametrize("name", SEAS)
-def test_slopes_and_rate_are_the_elevations_derivatives(name):
-    sea = realize(SEAS[name], seed=1)
-    x, y, t = scattered(300, seed=8)
-
-    def misfit(step):
-        east = (sea.elevation(x + step, y, t) - sea.elevation(x - step, y, t)) / (2.0 * step)
-        north = (sea.elevation(x, y + step, t) - sea.elevation(x, y - step, t)) / (2.0 * step)
-        rate = (sea.elevation(x, y, t + step / 4.0) - sea.elevation(x, y, t - step / 4.0)) / (0.5 * step)
-        slopes = sea.slopes(x, y, t)
-        found = (east - slopes[..., 0], north - slopes[..., 1], rate - sea.elevation_rate(x, y, t))
-        return np.array([np.sqrt(np.mean(difference**2)) for difference in found])
-
-    coarse, fine = misfit(0.2), misfit(0.1)
-    # Central differences of a smooth function: halving the step leaves a quarter. The next
-    # order and the spline's own errors blur the exact 4; rounding (1e-7 m over 0.2 m) stays far below.
-    assert np.all(coarse / fine > 3.3)
-    assert np.all(coarse / fine < 4.7)
-    assert np.all(fine < 0.01)
-
-
-def test_orbits_are_circles_in_deep_water_and_flat_in_shallow_water():
-    x, y, t = scattered(4000, seed=9)
-    wave = jonswap(significant_wave_height_m=0.1, peak_period_s=3.0, spreading="long_crested")
-    deep = realize(sea_of(wave), seed=1).velocity(x, y, t)
-    np.testing.assert_allclose(deep[..., 0].std(), deep[..., 2].std(), rtol=0.1)
-    shallow = realize(sea_of(wave, depth_m=0.5), seed=1).velocity(x, y, t)
-    assert shallow[..., 0].std() > 1.5 * shallow[..., 2].std()
-    # The water under a crest runs with the wave, in every depth.
-    for depth in (np.inf, 0.5):
-        sea = realize(sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=3.0), depth_m=depth), seed=1)
-        assert np.corrcoef(sea.elevation(x, y, t), sea.velocity(x, y, t)[..., 0])[0, 1] > 0.9

@@ -14,7 +14,7 @@ from seamap_rt import sea
 from seamap_rt.echoes.scatterers import scatterer_voltages
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
-from seamap_rt.mesh.surface import mesh_turn, sea_on_grid
+from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.radar.scan import pulses
@@ -118,43 +118,6 @@ def test_after_12_hours_the_mesh_has_the_same_lines() -> None:
     assert grids[0].sweep.size == grids[1].sweep.size
     assert_allclose(grids[1].time - 43_200.0, grids[0].time, rtol=0.0, atol=2.0 * np.spacing(43_200.0))
     assert_array_equal(grids[1].circle_azimuth, grids[0].circle_azimuth)
-
-
-def test_after_12_hours_the_meshed_sea_is_the_sum_of_its_waves() -> None:
-    """To the interpolation's own error, which is the same at time 0. ω t is 3e5 rad there: 6e-11 of rounding."""
-    made = scene("tiny", **WINDOW, tracing__facet_m=0.8)
-    water = sea.realize(made.sea, 5)
-    rng = np.random.default_rng(3)
-    errors = []
-    for turn in (0, HALF_DAY):
-        grid = polar_grid(Installation(made.radar), made.meshing, turn)
-        elevation = sea_on_grid(water, grid)[0]
-        line, rung = rng.integers(0, grid.sweep.size, 40), rng.integers(0, grid.ground_range.size, 40)
-        azimuth, away = np.radians(grid.azimuth[line]), grid.ground_range[rung]
-        exact = sea.direct_sum(water.components(), away * np.sin(azimuth), away * np.cos(azimuth), grid.time[line])
-        errors.append(np.abs(elevation[line, rung] - exact.elevation).max())
-    spread = water.resolved.elevation_std
-    assert max(errors) < 3e-3 * spread  # the spline's
-    assert errors[1] < 2.0 * errors[0] + 1e-9
-
-
-def test_after_12_hours_the_statistics_are_those_of_the_start() -> None:
-    """Hs, slopes and visible share, each over 10 turns 36 s apart, against the scatter among the turns."""
-    made = scene("tiny", **{**WINDOW, "radar__sector_deg": [240.0, 252.0]}, tracing__facet_m=1.0)
-    water = sea.realize(made.sea, 5)
-    found = []
-    for start in (0, HALF_DAY):
-        rows = []
-        for turn in start + np.arange(0, 360, 36):
-            mesh = mesh_turn(water, made.radar, made.meshing, int(turn))
-            facets, lit = mesh.facets, light("horizon", mesh, made)
-            rows.append((mesh.elevation.std(), facets.slope_look.std(dtype=np.float64), lit.mean()))
-        found.append(np.array(rows))
-    before, after = found
-    error = np.sqrt((before.var(axis=0, ddof=1) + after.var(axis=0, ddof=1)) / len(before))
-    # Turns 36 s apart are independent, of one sea all the same: four standard errors.
-    assert (np.abs(before.mean(axis=0) - after.mean(axis=0)) < 4.0 * error).all()
-    assert (before.mean(axis=0) > 0.0).all()
 
 
 def test_after_12_hours_a_scatterer_at_rest_echoes_to_the_bit_of_its_phase() -> None:

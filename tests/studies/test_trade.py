@@ -6,7 +6,7 @@ import csv
 import errno
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,14 @@ KEYS = {
     "tracing.tracer": "horizon",
 }
 VARY: dict[str, list[Any]] = {"radar.height_m": [3.0, 5.0]}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse_pictures() -> Iterator[None]:
+    """Nothing here looks at pixels."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seamap_rt.report.style.DPI", 40)
+        yield
 
 
 def small(**keys: Any) -> Scene:

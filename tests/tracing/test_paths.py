@@ -51,12 +51,11 @@ def light(name: str, mesh: SurfaceMesh, made: Scene) -> NDArray[np.bool_]:
 # ------------------------------------------------------------------------------------------------------- light
 
 
-@pytest.mark.parametrize("other", ["facets", "horizon"])
-def test_agrees_on_a_choppy_sea(other: str) -> None:
+def test_agrees_on_a_choppy_sea() -> None:
     """Float32 decides where a ray grazes an edge: on 0.0003 % of a whole turn's facets (validation.light.paths)."""
     made = scene("choppy_sea", radar__sector_deg=[260.0, 262.0], radar__range_m=[15.0, 400.0])
     mesh = meshed(made)
-    seen, known = light("paths", mesh, made), light(other, mesh, made)
+    seen, known = light("paths", mesh, made), light("horizon", mesh, made)
     assert 0.3 < known.mean() < 0.9
     assert np.mean(seen != known) < 1e-4
     assert not np.any((seen != known) & ~(beside_an_edge(seen) | beside_an_edge(known)))
@@ -97,7 +96,7 @@ def test_agrees_with_the_exact_sinusoid(azimuth: float) -> None:
         assert_allclose(found, exact, rtol=0.0, atol=0.005)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 35.0, -60.0])
+@pytest.mark.parametrize("tilt", [35.0, -60.0])
 def test_antennas_that_lean_are_seen_from_where_they_are(tilt: float) -> None:
     """Each column looks from another place; what lies behind the outer antenna is dark."""
     keys = {"radar__tilt_deg": tilt, "radar__baseline_m": 4.0, "radar__sector_deg": [260.0, 264.0]}

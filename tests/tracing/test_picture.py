@@ -44,8 +44,7 @@ def skyline(picture: NDArray[np.uint8]) -> NDArray[np.intp]:
 # --------------------------------------------------------------------------------------- where things stand
 
 
-@pytest.mark.parametrize("height", [2.0, 30.0])
-@pytest.mark.parametrize("tilt", [-3.0, 0.0, 10.0])
+@pytest.mark.parametrize(("tilt", "height"), [(-3.0, 30.0), (0.0, 2.0), (10.0, 30.0)])
 def test_the_horizon_of_a_flat_sea_is_level_and_where_the_pinhole_puts_it(tilt: float, height: float) -> None:
     view = dataclasses.replace(SMALL, tilt_deg=tilt, height_m=height)
     expected = 0.5 * view.size[1] - view.focal_length * np.tan(np.radians(tilt))
@@ -53,7 +52,7 @@ def test_the_horizon_of_a_flat_sea_is_level_and_where_the_pinhole_puts_it(tilt: 
     assert np.abs(skyline(render_from_mast(flat, view, samples=4)) - expected).max() <= 1.0
 
 
-@pytest.mark.parametrize("look", [0.0, 130.0, 270.0])
+@pytest.mark.parametrize("look", [0.0, 130.0])
 def test_a_hill_stands_at_its_azimuth_and_as_high_as_it_is(look: float) -> None:
     view = dataclasses.replace(SMALL, azimuth_deg=look, tilt_deg=0.0)
     distance, height = 60.0, 12.0

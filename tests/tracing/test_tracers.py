@@ -196,16 +196,6 @@ def test_flat_sea_is_fully_lit_to_400_m(name: str, mast: float, baseline: float)
 
 
 @pytest.mark.parametrize("name", TRACERS)
-def test_waves_of_no_height_are_fully_lit(name: str) -> None:
-    made = load_scene(
-        "tiny",
-        overrides={"sea.waves.0.significant_wave_height_m": 0.0, "radar.sector_deg": [0.0, 10.0]},
-    )
-    facets = trace(name, mesh_turn(sea.realize(made.sea, 1), made.radar, made.meshing, 0), made)
-    assert light(facets).all()
-
-
-@pytest.mark.parametrize("name", TRACERS)
 def test_calm_is_lit_but_for_the_backs_of_its_ripples(name: str) -> None:
     """Slopes of a few hundredths: within 50 m of a 5 m mast (grazing above 5.7°) nothing hides."""
     made = load_scene("calm", overrides={"radar.sector_deg": [240.0, 300.0]})
@@ -368,22 +358,6 @@ def stored_vertices(parameters: Any) -> NDArray[np.float32]:
     """(n, 3) of the traced sea; Mitsuba 3.10 calls them positions."""
     name = "sea.positions" if "sea.positions" in parameters else "sea.vertex_positions"
     return np.array(parameters[name]).reshape(-1, 3)
-
-
-def test_traced_scene_holds_the_meshs_own_triangles() -> None:
-    made = scene("tiny", radar__sector_deg=[260.0, 270.0])
-    mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
-    (sheet,) = mesh.sheets()
-    held = SeaScene(
-        mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j
-    ).scene
-    surface = mesh.trimesh(sheet)
-    vertices, faces = surface.vertices, surface.faces
-    shape = held.objects["sea"].mi_mesh
-    assert (shape.vertex_count(), shape.face_count()) == (len(vertices), len(faces))
-    stored = stored_vertices(held.mi_scene_params)
-    assert_array_equal(stored, vertices.astype(np.float32))
-    assert_array_equal(np.array(held.mi_scene_params["sea.faces"]).reshape(-1, 3), faces)
 
 
 @pytest.mark.parametrize("sector", [[0.0, 360.0], [260.0, 270.0]])

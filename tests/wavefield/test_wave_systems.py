@@ -56,7 +56,7 @@ def found_in(sea: Waves, start: WaveSystems | None = None, seen: float = 1.0) ->
     return found
 
 
-@pytest.mark.parametrize("seed", [31, 32, 33])
+@pytest.mark.parametrize("seed", [31, 32])
 def test_the_search_finds_what_a_climb_from_the_truth_does(seed: int) -> None:
     """Short of a system that is not worth it: a swell under a wind sea and another one, of which one system in the
     middle is a maximum too."""
