@@ -190,8 +190,9 @@ def test_on_a_phone_nothing_is_wider_than_the_screen_and_figures_come_first(brow
     page = opened.page
     expect(page.get_by_text(re.compile("Likely to measure"))).to_be_visible()
     tile, form = page.get_by_text("Fully measured radius").first, page.get_by_text("Scene file and command line")
-    heights = [(box := each.bounding_box()) and box["y"] for each in (tile, form)]
-    assert 0.0 < heights[0] < min(844.0, heights[1])  # on the first screen, above the form
+    boxes = [each.bounding_box() for each in (tile, form)]
+    above, below = (box["y"] for box in boxes if box is not None)
+    assert 0.0 < above < min(844.0, below)  # on the first screen, above the form
     for name in ("Design", "Runs", "See", "Compare", "Trade"):
         tab = page.locator(".q-header").get_by_role("tab", name=name, exact=True)
         tab.scroll_into_view_if_needed()

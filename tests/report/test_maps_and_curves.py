@@ -100,7 +100,9 @@ def test_true_and_retrieved_share_their_colours(run: Run) -> None:
     assert error.images[0].get_clim()[0] == -error.images[0].get_clim()[1]
     slopes = images_of(slope_maps(run.scene, run.maps, run.truth))
     assert len({axes.images[0].get_clim() for axes in slopes}) == 1
-    true, retrieved, error = ([axes.images[0].get_array() for axes in slopes[first : first + 2]] for first in (0, 2, 4))
+    true, retrieved, error = (
+        [np.ma.asarray(axes.images[0].get_array()) for axes in slopes[first : first + 2]] for first in (0, 2, 4)
+    )
     for which in range(2):
         assert_allclose(error[which], retrieved[which] - true[which], atol=1e-6)
 
