@@ -149,15 +149,17 @@ def against_truth(maps: xr.DataTree, truth: xr.DataTree) -> tuple[dict[str, floa
 
 def main() -> None:
     arguments = options(__doc__, seeds=3, only="", no_floor=False)
-    print(f"{'sea, mast m, baseline m':56} ratio (least, most)  within   rms floor  corr slope  lost")
+    print("**50–200 m, with noise**\n")
+    print("| sea | mast, baseline, m | error over bar | within 1.96 | rms | floor | correlation | slope | lost |")
+    print("|---" * 9 + "|")
     for case in (each for each in CASES if arguments.only in each.name):
         turns = [found(case, seed, not arguments.no_floor) for seed in range(1, arguments.seeds + 1)]
         ratios = [each["ratio"] for each in turns]
         mean = {name: float(np.mean([each[name] for each in turns])) for name in turns[0]}
-        label = f"{case.name}, {case.polarization} {case.mast:g} {case.baseline:g}"
-        bars = f"{np.median(ratios):5.2f} ({min(ratios):.2f}, {max(ratios):.2f})  {100 * mean['within']:5.1f} %"
-        heights = f"{mean['rms']:.3f} {mean.get('floor', np.nan):.3f} {mean['correlation']:5.3f} {mean['slope']:5.2f}"
-        print(f"{label:56} {bars} {heights} {100 * mean['lost']:4.1f} %", flush=True)
+        label = f"{case.name}, {case.polarization} | {case.mast:g}, {case.baseline:g}"
+        bars = f"{np.median(ratios):.2f} ({min(ratios):.2f}, {max(ratios):.2f}) | {100 * mean['within']:.1f} %"
+        heights = " | ".join(f"{mean.get(name, np.nan):.3f}" for name in ("rms", "floor", "correlation"))
+        print(f"| {label} | {bars} | {heights} | {mean['slope']:.2f} | {100 * mean['lost']:.1f} % |", flush=True)
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ def boat(stream: np.random.Generator) -> Keys:
 
 
 def found(scene: Scene) -> tuple[str, np.ndarray]:
-    """A line of figures, and error over stated error of the cells."""
+    """A row of figures, and error over stated error of the cells."""
     turn = Simulator(scene).turn(0)
     maps = sr.retrieve(turn.echoes, scene.retrieval)
     figures, cells = against_truth(maps, turn.truth)
@@ -74,10 +74,10 @@ def found(scene: Scene) -> tuple[str, np.ndarray]:
     hs, bar = (float(state[f"significant_wave_height{name}"]) for name in ("", "_std"))
     sensors = scene.platform.sensors
     line = (
-        f"{scene.name:16} {scene.platform.motion:14} {sensors.attitude_noise_deg:.2f}° "
-        f"{sensors.position_noise_m:.2f} m {sensors.rate_hz:3.0f} Hz  "
-        f"{figures['ratio']:.2f} {100 * figures['within']:5.1f} %  "
-        f"{figures['rms']:.3f} {np.sqrt(np.mean(std**2)):.3f}  Hs {hs:.2f} ± {bar:.2f}, {figures['hs']:.2f}"
+        f"| {scene.name} {scene.seed} | {scene.platform.motion} | {sensors.attitude_noise_deg:.2f}°, "
+        f"{sensors.position_noise_m:.2f} m, {sensors.rate_hz:.0f} Hz | "
+        f"{figures['ratio']:.2f} | {100 * figures['within']:.1f} % | "
+        f"{figures['rms']:.3f}, {np.sqrt(np.mean(std**2)):.3f} | {hs:.2f} ± {bar:.2f}, {figures['hs']:.2f} |"
     )
     return line, (got["height"].values - true["height"].values)[cells] / std
 
@@ -89,8 +89,10 @@ def main() -> None:
         for seed in range(1, 1 + arguments.seeds)
     ]
     drawn = [ridden(arguments.draw, place) for place in range(arguments.count)]
-    print("scene            motion         sensors               ratio within  rms, stated m  Hs found, true")
-    for scenes in (rides, drawn):
+    print("**errors over stated ones, 50–200 m**\n")
+    print("| scene, seed | motion | sensors | ratio | within 1.96 | rms, stated, m | Hs found, true, m |")
+    print("|---|---|---|---|---|---|---|")
+    for name, scenes in (("rough_ride", rides), ("drawn", drawn)):
         errors = []
         for scene in scenes:
             line, ratios = found(scene)
@@ -99,7 +101,8 @@ def main() -> None:
         if errors:
             every = np.concatenate(errors)
             ratio = 1.4826 * np.median(np.abs(every - np.median(every)))
-            print(f"together: {ratio:.2f}, {100 * np.mean(np.abs(every) < 1.96):.1f} %", flush=True)
+            within = f"{100 * np.mean(np.abs(every) < 1.96):.1f} %"
+            print(f"| {name}, together | | | {ratio:.2f} | {within} | | |", flush=True)
 
 
 if __name__ == "__main__":
