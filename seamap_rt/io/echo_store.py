@@ -79,7 +79,7 @@ def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
         yield array.metadata.encode_chunk_key(place)
 
 
-_PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
+PULSES_PER_CHUNK, READINGS_PER_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
 DESCRIPTION = "zarr.json"
 
@@ -142,7 +142,7 @@ class EchoStore:
         group = zarr.open_group(self.path, mode="w", zarr_format=3, attributes=turn.attrs | first)
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"
-            rows = _PULSES_A_CHUNK if name == "voltage" else _READINGS_A_CHUNK
+            rows = PULSES_PER_CHUNK if name == "voltage" else READINGS_PER_CHUNK
             array = group.create_array(
                 str(name),
                 shape=(0, *variable.shape[1:]) if rolling else variable.shape,

@@ -222,7 +222,7 @@ def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, mo
     folder = snapshots.folder
     with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
         watch(snapshots, patch)
-        patch.setattr(echo_store, "_PULSES_A_CHUNK", 2)
+        patch.setattr(echo_store, "PULSES_PER_CHUNK", 2)
         with EchoStore(folder / "echoes.zarr") as store:
             for turn in range(3):
                 store.append(echoes(turn))
