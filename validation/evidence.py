@@ -149,7 +149,7 @@ STUDIES: dict[str, Study] = {
     "fuzz_turns": Study("debug", 5, "fuzz.turns", _MAPS),
     "fuzz_hiding": Study("debug", 4, "fuzz.hiding", "tracing"),
     "fuzz_declarations": Study("debug", 2, "fuzz.declarations", "io"),
-    "kills": Study("debug", 30, "kills", "session io studies"),
+    "kills": Study("debug", 60, "kills", "session io studies"),
     "limits": Study("debug", 2, "hard_cases.limits", "compute"),
     # seconds and bytes
     "turn": Study("time", 1, "speed.speed --turns 9", f"{_MAPS} truth"),
