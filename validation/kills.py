@@ -45,7 +45,7 @@ import xarray as xr
 
 from seamap_rt.cli import main as seamap_rt
 
-from .same_bits import PRODUCTS, arrays
+from .same import PRODUCTS, arrays
 
 KILL, TERM, INT = signal.SIGKILL, signal.SIGTERM, signal.SIGINT
 _SMALL = {"radar.sector_deg": "[260,275]", "radar.range_m": "[15,60]", "sea.extent_m": "180"}
