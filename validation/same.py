@@ -74,7 +74,7 @@ def versions(old: Path, new: Path, tolerance: float, scenes: Sequence[str]) -> I
                     [sys.executable, "-P", "-c", _TURN, *words],
                     env=os.environ | {"PYTHONPATH": str(program.resolve())}, cwd=home, check=True,
                 )  # fmt: skip
-            wrong = list(differences(*folders, tolerance))
+            wrong = list(differences(folders[0], folders[1], tolerance))
         yield from (f"{label}: {line}" for line in wrong)
         if not wrong:
             yield f"the same: {label}"
