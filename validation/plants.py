@@ -356,7 +356,10 @@ def main() -> None:
     if not plants or arguments.workers < 1:
         parser.error("--only must be held by a plant's name, and --workers be at least 1")
     wrong = run(plants, arguments.workers, lambda line: print(line, flush=True))
-    print(f"{len(plants)} plants, {len(wrong)} not as they must be" + (f": {', '.join(wrong)}" if wrong else ""))
+    if wrong:
+        print(f"not as they must be: {', '.join(wrong)}")
+    print("\n|  | planted | not as they must be |\n|---|---|---|")
+    print(f"| errors in laws | {len(plants)} | {len(wrong)} |")
     sys.exit(1 if wrong else 0)
 
 
