@@ -39,7 +39,8 @@ def threads() -> int:
 
 class Workers(ThreadPoolExecutor):
     """`count` threads that are kept: to make two and to wait for their end costs ten times what a short block of rows
-    does."""
+    does. They also run what is no compiled loop (transforms, batches that draw random numbers), which Numba's own
+    parallel loops do not."""
 
     def __init__(self, count: int) -> None:
         super().__init__(count, "rows", initializer=lambda: setattr(_AT_WORK, "here", True))

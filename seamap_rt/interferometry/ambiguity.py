@@ -15,6 +15,7 @@ themselves, far out, first of all. Then each cell is tested again, now with neig
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,17 +29,25 @@ _BESIDE = 2  # looks and gates within which a new neighbour changes a cell's pla
 _SWEEPS = 6  # of correction at most; most maps converge after two or three
 
 
+class Neighbourhood(NamedTuple):
+    """Which cells' heights let a cell's be expected, and how well."""
+
+    spacing: float  # m, between gates
+    radius: float  # m
+    most_looks: int  # to either side
+    stray: float  # m² per m² of distance, by which heights stray from a plane
+    slope_precision: float  # one over the variance of slopes
+
+
 @compiled
-def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
+def unwrap(folded, step, noise, expected, precision, wanted, across, around):
     """Cycles (look, gate) to add, and the log odds of these over the next best ones.
 
     folded: heights [m], one cycle is `step` m; noise: their variance [m²]; expected, precision: the height known
-    beforehand [m] and one over its variance; wanted: cells to resolve; across (gate,): metres between looks. layout:
-    metres between gates, radius [m] and most looks of a neighbourhood, how far [m² per m²] heights stray from a plane,
-    one over the variance of slopes.
+    beforehand [m] and one over its variance; wanted: cells to resolve; across (gate,): metres between looks.
     """
     cycles = np.zeros(folded.shape)
-    sums = _grow(folded, step, noise, expected, precision, wanted, across, layout, cycles)
+    sums = _grow(folded, step, noise, expected, precision, wanted, across, around, cycles)
     odds = np.zeros(folded.shape)
     looks, gates = folded.shape
     for _ in range(_SWEEPS):
@@ -47,21 +56,21 @@ def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
             for j in range(gates):
                 if not wanted[i, j]:
                     continue
-                mean, variance = _predict(sums[i, j], expected[i, j], precision[i, j], layout[4])
+                mean, variance = _predict(sums[i, j], expected[i, j], precision[i, j], around.slope_precision)
                 now = folded[i, j] + cycles[i, j] * step[i, j]
                 more = np.round((mean - now) / step[i, j])
                 odds[i, j] = _odds(now, step[i, j], mean, variance + noise[i, j])
                 if more != 0.0:
                     converged = False
                     cycles[i, j] += more
-                    _add_neighbour(sums, wanted, i, j, more * step[i, j], 0.0, noise[i, j], across[j], layout)
+                    _add_neighbour(sums, wanted, i, j, more * step[i, j], 0.0, noise[i, j], across[j], around)
         if converged:
             break
     return cycles, odds
 
 
 @compiled
-def _grow(folded, step, noise, expected, precision, wanted, across, layout, cycles):
+def _grow(folded, step, noise, expected, precision, wanted, across, around, cycles):
     """Fill cycles; return the sums (look, gate, 9) over each cell's neighbours that its plane is fitted from."""
     looks, gates = folded.shape
     sums = np.zeros((looks, gates, 9))
@@ -83,15 +92,15 @@ def _grow(folded, step, noise, expected, precision, wanted, across, layout, cycl
         _leave(first, after, before, level, cell)
         level[cell] = -2  # resolved
         i, j = cell // gates, cell % gates
-        mean, _ = _predict(sums[i, j], expected[i, j], precision[i, j], layout[4])
+        mean, _ = _predict(sums[i, j], expected[i, j], precision[i, j], around.slope_precision)
         cycles[i, j] = np.round((mean - folded[i, j]) / step[i, j])
         height = folded[i, j] + cycles[i, j] * step[i, j]
-        _add_neighbour(sums, wanted, i, j, height, 1.0, noise[i, j], across[j], layout)
+        _add_neighbour(sums, wanted, i, j, height, 1.0, noise[i, j], across[j], around)
         for ii in range(max(0, i - _BESIDE), min(looks, i + _BESIDE + 1)):
             for jj in range(max(0, j - _BESIDE), min(gates, j + _BESIDE + 1)):
                 beside = ii * gates + jj
                 if level[beside] >= 0:
-                    mean, variance = _predict(sums[ii, jj], expected[ii, jj], precision[ii, jj], layout[4])
+                    mean, variance = _predict(sums[ii, jj], expected[ii, jj], precision[ii, jj], around.slope_precision)
                     sure = _odds(folded[ii, jj], step[ii, jj], mean, variance + noise[ii, jj])
                     top = max(top, _queue(first, after, before, level, beside, sure))
     return sums
@@ -117,9 +126,9 @@ def _odds(height, step, mean, variance):
 
 
 @compiled
-def _add_neighbour(sums, wanted, i, j, height, count, noise, across, layout):
+def _add_neighbour(sums, wanted, i, j, height, count, noise, across, around):
     """Add a cell's height to its neighbours' sums; count = 0: a change of a height that they have already."""
-    spacing, radius, most, stray = layout[0], layout[1], int(layout[2]), layout[3]
+    spacing, radius, most, stray = around.spacing, around.radius, around.most_looks, around.stray
     looks, gates = wanted.shape
     aside, out = min(most, int(radius / across + 0.5)), int(radius / spacing)
     for ii in range(max(0, i - aside), min(looks, i + aside + 1)):
@@ -320,9 +329,9 @@ def resolve(
     first = np.where(sure, np.round((height - folded) / step), 0.0)
     folded = folded + first * step
     height, precision = np.where(sure, folded, height), np.where(sure, _FIXED_PRECISION / step**2, precision)
-    layout = np.array([spacing, _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2])
+    around = Neighbourhood(float(spacing), _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2)
     beside = np.ascontiguousarray(across[part[1]])
-    cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, layout)
+    cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, around)
     resolved.cycles[:] = -whole
     resolved.cycles[part] += np.where(wanted, np.sign(gain) * (first + cycles), 0.0).astype(np.int64)
     resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(LEAST_ODDS))
