@@ -106,7 +106,7 @@ def main() -> None:
         mesh = f"  off, rungs {found.facet_m:g} m, {found.columns} columns"
         print(f"{mesh:34}" + "".join(f"{100.0 * each:9.1f}%" for each in found.off), flush=True)
         worst = max(worst, float(np.nanmax(np.abs(found.off))))
-    print(f"worst {100.0 * worst:.1f} %")
+    print(f"\n|  | off |\n|---|---|\n| worst ring | {100.0 * worst:.1f} % |")
 
 
 if __name__ == "__main__":
