@@ -84,16 +84,17 @@ def main() -> None:
                 miss = np.abs(edges - waves)[chosen & part] ** 2
                 misses[0, row, number] += miss.sum()
                 misses[1, row, number] += miss.size
+    print("**power over that of a march of the field; share of it out of shadows; rms of the two-way field**\n")
     print(
-        f"{'m':>9}{'straight/march':>16}{'edges/march':>13}{'dark, march':>13}{'edges':>9}{'rms, lit':>10}{'dark':>7}"
+        "| m | straight rays | two edges | out of shadows, march | two edges | rms, lit | dark |\n" + "|---" * 7 + "|"
     )
     rms = np.sqrt(misses[0] / np.maximum(misses[1], 1.0))
     for number, near in enumerate(BANDS_M[:-1]):
         straight, two, whole = sums[0, :, number]
         shares = 100.0 * sums[1, 1:, number] / sums[0, 1:, number]
         print(
-            f"{near:4.0f}–{BANDS_M[number + 1]:3.0f}{straight / whole:16.2f}{two / whole:13.2f}"
-            f"{shares[1]:11.2f} %{shares[0]:7.2f} %{rms[0, number]:10.2f}{rms[1, number]:7.2f}"
+            f"| {near:.0f}–{BANDS_M[number + 1]:.0f} | {straight / whole:.2f} | {two / whole:.2f} "
+            f"| {shares[1]:.2f} % | {shares[0]:.2f} % | {rms[0, number]:.2f} | {rms[1, number]:.2f} |"
         )
 
 
