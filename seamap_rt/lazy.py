@@ -8,8 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError
-
 _INSTALLED = Path(__file__).parent / "_judges"  # what a wheel calls the package `validation`
 
 
@@ -43,6 +41,8 @@ def judge(name: str) -> Any:
     try:
         return import_module(f"{__package__}._judges.{name}" if _INSTALLED.is_dir() else f"validation.{name}")
     except ModuleNotFoundError as error:
+        from .errors import InputError  # only here: the package itself loads nothing
+
         raise InputError(
             f"{name}: Python finds another package `validation` before this program's, or none ({error}); run from "
             "another folder, or take that one off PYTHONPATH"
