@@ -38,12 +38,15 @@ def lazy_attributes(
 
 def judge(name: str) -> Any:
     """A module of the package `validation`, which lies beside this one in a checkout. Raises InputError without it."""
+    home = f"{__package__}._judges" if _INSTALLED.is_dir() else "validation"
     try:
-        return import_module(f"{__package__}._judges.{name}" if _INSTALLED.is_dir() else f"validation.{name}")
+        return import_module(f"{home}.{name}")
     except ModuleNotFoundError as error:
+        if not str(error.name).startswith(home):  # a library that a judge needs
+            raise
         from .errors import InputError  # only here: the package itself loads nothing
 
         raise InputError(
-            f"{name}: Python finds another package `validation` before this program's, or none ({error}); run from "
-            "another folder, or take that one off PYTHONPATH"
+            f"validation.{name}: Python finds another package of that name before this program's, or none ({error}); "
+            "run from another folder, or take that one off PYTHONPATH"
         ) from None

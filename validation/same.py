@@ -48,6 +48,9 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, default=0.0, help="of each array's own rms")
     parser.add_argument("--only", action="append", choices=SCENES, help="of the scenes, as often as wanted")
     arguments = parser.parse_args()
+    for folder in (arguments.old, arguments.new):
+        if not ((folder / "seamap_rt").is_dir() or (folder / "echoes.zarr").is_dir()):
+            parser.error(f"{folder}: holds neither a program (seamap_rt) nor results (echoes.zarr); give one that does")
     programs = [folder for folder in (arguments.old, arguments.new) if (folder / "seamap_rt").is_dir()]
     if len(programs) == 1:
         parser.error(f"{programs[0]}: is a program, and the other folder is none; give two of a kind")

@@ -23,7 +23,7 @@ from ..report.keys import words_of
 from ..scene import Scene, scene_of
 from ..studies.paired import MOST_SEEDS
 from ..studies.point import MANIFEST
-from ..studies.trade_table import SHOWN
+from ..studies.trade_table import SHOWN, percent
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import drawing
 from .draft import Field, parts_of
@@ -96,9 +96,9 @@ def count_of(vary: list[str], seeds: int) -> int:
     return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
 
 
-def shown(point: Point, measure: str) -> float:
+def value_of(point: Point, measure: str) -> float:
     """The measure in the unit of its label; infinite where the point has none."""
-    return (100.0 if "(%)" in MEASURES[measure] else 1.0) * point.metrics.get(measure, float("inf"))
+    return percent(measure) * point.metrics.get(measure, float("inf"))
 
 
 def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | None:
@@ -114,7 +114,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | Non
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
-        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(shown(each, measure))
+        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(value_of(each, measure))
     data: list[drawing.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = style.FAMILY[number % len(style.FAMILY)]
@@ -322,7 +322,7 @@ class TradeView:
             return
         (place, value), measure = pointed, str(self._measure.value)
         there = {
-            i: shown(each, measure)
+            i: value_of(each, measure)
             for i, each in enumerate(self._points)
             if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
         }

@@ -230,14 +230,14 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, cu
 
 
 @compiled_step
-def _fill_elevation_cut(column, facet, begin, count, lit, sine, cut, heard):
-    """Fill heard (n,): an antenna's cut in elevation towards facets, 0 where it does not light them."""
+def _fill_elevation_cut(column, facet, begin, count, lit, sine, cut, gain):
+    """Fill gain (n,): an antenna's cut in elevation towards facets, 0 where it does not light them."""
     steps = cut.size - 1
     for n in range(count):
         entry_at = (sine[begin + n] + 1.0) * (0.5 * steps)
         entry = min(max(int(entry_at), 0), steps - 1)
         value = cut[entry] + (entry_at - entry) * (cut[entry + 1] - cut[entry])
-        heard[n] = value if lit[column, facet[begin + n]] else 0.0
+        gain[n] = value if lit[column, facet[begin + n]] else 0.0
 
 
 def elevation_tables(array: Array) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

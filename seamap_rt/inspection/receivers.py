@@ -207,12 +207,12 @@ def _runs(turn: xr.Dataset) -> tuple[float, float] | None:
 
 
 def _next_pulses(
-    heard: NDArray[np.bool_], sender: NDArray[np.integer], time: NDArray[np.float64], interval: float
+    received: NDArray[np.bool_], sender: NDArray[np.integer], time: NDArray[np.float64], interval: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows of pulses that the first receiver heard, and of the same antenna's next that it heard."""
     for cycle in range(1, _MOST_CYCLE + 1):
         early, late = rows_apart(time, cycle * interval, interval)
-        good = heard[early] & heard[late] & (sender[early] == sender[late])
+        good = received[early] & received[late] & (sender[early] == sender[late])
         if 2 * np.count_nonzero(good) > time.size // cycle:
             return early[good], late[good]
     return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)

@@ -51,7 +51,7 @@ class Innovations:
 
     def remember(self, field: WaveField) -> None:
         """A field, for turns that come; without the squares of what was seen, which are large and not asked for."""
-        self._before.append(replace(field, knowledge=replace(field.knowledge, glimpses=())))
+        self._before.append(replace(field, knowledge=replace(field.knowledge, coverages=())))
 
     def compare(self, fit: Fit, number: int) -> None:
         """Takes up what one turn tells of an earlier field that rests on not much less than the fit."""

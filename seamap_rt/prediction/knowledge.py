@@ -116,7 +116,7 @@ class Knowledge:
 
     groups: Groups
     lattices: tuple[Lattice, ...]
-    glimpses: tuple[BatchCoverage, ...]
+    coverages: tuple[BatchCoverage, ...]
     corner: tuple[float, float]  # m, of the grid's first square's middle
     side: float  # m, of a square
     centre: tuple[float, float]  # m
@@ -133,7 +133,7 @@ class Knowledge:
         margin = 3.0 * _GROUP * length
         corner = (float(x.min()) - margin, float(y.min()) - margin)
         shape = (int((x.max() + margin - corner[0]) / side) + 2, int((y.max() + margin - corner[1]) / side) + 2)
-        glimpses = []
+        coverages = []
         for batch in batches:
             places = zip((batch.seen.x, batch.seen.y), corner, strict=True)
             i, j = (np.rint((each - first) / side).astype(int) for each, first in places)
@@ -149,14 +149,14 @@ class Knowledge:
                     for each in weighed
                 ]
             )
-            glimpses.append(
+            coverages.append(
                 BatchCoverage(
                     float(batch.seen.time.mean()),
                     (spread[0] / side**2).astype(np.float32),
                     (spread[1:] / np.maximum(spread[0], 1e-12)).astype(np.float32),
                 )
             )
-        return cls(Groups.of(spectrum), tuple(lattices), tuple(glimpses), corner, side, centre)
+        return cls(Groups.of(spectrum), tuple(lattices), tuple(coverages), corner, side, centre)
 
     def open_share(self, x: Field, y: Field, time: Field, chosen: NDArray[np.bool_]) -> Field:
         """Share (point, group) of each chosen group's variance that is not known at points (point,)."""
@@ -187,17 +187,17 @@ class Knowledge:
         radius = min(lattice.radius for lattice in self.lattices)
         kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
         total, both = np.zeros(x.shape), np.zeros(x.shape, np.complex128)
-        for glimpse in self.glimpses:
-            lapse = (time - glimpse.time)[:, None]
+        for coverage in self.coverages:
+            lapse = (time - coverage.time)[:, None]
             at = x - groups.east * lapse, y - groups.north * lapse
             place = [(each - corner) / self.side for each, corner in zip(at, self.corner, strict=True)]
-            seen = map_coordinates(glimpse.information, place, order=1, cval=0.0)
-            blur = np.stack([map_coordinates(each, place, order=1, cval=0.0) for each in glimpse.blur], axis=-1)
+            seen = map_coordinates(coverage.information, place, order=1, cval=0.0)
+            blur = np.stack([map_coordinates(each, place, order=1, cval=0.0) for each in coverage.blur], axis=-1)
             if np.isfinite(radius):
                 seen = np.where(short & (np.hypot(at[0] - self.centre[0], at[1] - self.centre[1]) > radius), 0.0, seen)
             seen = seen * damped(blur, kx, ky) ** 2
             total += seen
-            both += seen * np.exp(2j * groups.frequency * (glimpse.time - self.glimpses[0].time))
+            both += seen * np.exp(2j * groups.frequency * (coverage.time - self.coverages[0].time))
         return total, np.abs(both)
 
 

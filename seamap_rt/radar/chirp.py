@@ -102,10 +102,10 @@ class Chirp:
     def response(self, range_m: ArrayLike) -> NDArray[np.complex128]:
         """Gates (n, gate) of unit reflectors at ranges (n,) m: as above, without the gathering's small error."""
         ranges = np.atleast_1d(np.asarray(range_m, dtype=np.float64))
-        heard = np.flatnonzero((ranges >= self._reach[0]) & (ranges <= self._reach[1]))
+        near = np.flatnonzero((ranges >= self._reach[0]) & (ranges <= self._reach[1]))
         voltage = np.zeros((ranges.size, self._gates.stop - self._gates.start), dtype=np.complex128)
         size = max(1, _BLOCK // self._frequency.size)
-        for some in (heard[first : first + size] for first in range(0, heard.size, size)):
+        for some in (near[first : first + size] for first in range(0, near.size, size)):
             time = 2.0 * (ranges[some, None] - self.raw_range[0]) / SPEED_OF_LIGHT
             voltage[some] = self.compress(self._received(self._sent * np.exp(-2j * np.pi * self._frequency * time)))
         return voltage

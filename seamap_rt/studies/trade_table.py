@@ -216,6 +216,11 @@ SHOWN: dict[str, tuple[str, int]] = {  # of the page's table: label, and decimal
 }
 
 
+def percent(name: str) -> float:
+    """The factor that brings a quantity of SHOWN to the unit of its label."""
+    return 100.0 if "(%)" in SHOWN[name][0] else 1.0
+
+
 def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
     """One HTML file that needs no other. images: of the table, see `trade_figures.trade_images`."""
     done = bool((table["status"] == "done").any())
@@ -239,7 +244,7 @@ def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
 
 def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
     """A row for each design: text and, to sort by, the number."""
-    found = {name: table[name].mean("seed") * (100.0 if "(%)" in label else 1.0) for name, (label, _) in SHOWN.items()}
+    found = {name: table[name].mean("seed") * percent(name) for name in SHOWN}
     bands = {name: means(table[name]) for name in ("fully_measured_radius_m", "reach_m")}
     result = []
     for at in np.ndindex(*(table.sizes[key] for key in keys)):

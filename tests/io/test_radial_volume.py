@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,21 @@ def test_xradar_opens_what_we_write(tmp_path: Path) -> None:
         sweep = tree["sweep_1"].to_dataset()
         np.testing.assert_array_equal(sweep["video"].values, given["video"].values[40:])
         assert sweep["time"].values[0] == np.datetime64("2026-01-02T03:04:07")
+
+
+def test_a_disk_that_is_full_leaves_the_file_that_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"earlier")
+
+    def full(_: xr.DataTree, part: str, **__: object) -> None:
+        Path(part).write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    with pytest.raises(InputError, match=r"a\.nc': cannot be written \(No space left on device\)"):
+        write_radial_volume(path, images())
+    assert path.read_bytes() == b"earlier"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_file_of_others_is_refused_in_one_line(tmp_path: Path) -> None:

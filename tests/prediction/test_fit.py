@@ -326,10 +326,10 @@ def test_what_stays_open_of_a_group_is_what_stays_open_of_its_wave(apart: float,
 
     information = np.full((80, 80), count / square**2 / noise**2, np.float32)
     area = np.array([blur**2, 0.0, blur**2], np.float32)
-    glimpses = tuple(
+    coverages = tuple(
         BatchCoverage(t, information, np.broadcast_to(area[:, None, None], (3, 80, 80))) for t in (0.0, lapse)
     )
-    known = Knowledge(group, (lattice(spectrum, 41),), glimpses, (-400.0, -400.0), 10.0, (0.0, 0.0))
+    known = Knowledge(group, (lattice(spectrum, 41),), coverages, (-400.0, -400.0), 10.0, (0.0, 0.0))
     found = known.open_share(np.zeros(1), np.zeros(1), np.array([lapse]), np.ones(1, bool))
     assert 0.02 < open_of < 0.98
     assert found[0, 0] == pytest.approx(open_of, rel=0.06)  # the places are random: 1/√4000, of both waves' sums

@@ -12,6 +12,7 @@ from typing import get_args
 
 import pytest
 
+from seamap_rt import lazy
 from seamap_rt.cli.studying import validate as validate_command
 from seamap_rt.errors import InputError
 from validation.report import Group, ValidationResult, validate
@@ -231,8 +232,17 @@ def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path) -> None
 def test_another_package_of_the_judges_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "validation", types.ModuleType("validation"))
     monkeypatch.delitem(sys.modules, "validation.report")
-    with pytest.raises(InputError, match=r"^report: Python finds another package `validation` before this program's"):
+    with pytest.raises(InputError, match=r"^validation\.report: Python finds another package of that name"):
         validate_command()
+
+
+def test_a_library_that_is_missing_is_named_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_: str) -> None:
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
+
+    monkeypatch.setattr(lazy, "import_module", missing)
+    with pytest.raises(ModuleNotFoundError, match="matplotlib"):
+        lazy.judge("report")
 
 
 def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
