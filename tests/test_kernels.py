@@ -9,7 +9,7 @@ import seamap_rt
 
 ROOT = Path(seamap_rt.__file__).parent
 MOST_ARGUMENTS = 10
-WITH_LANES = {"echoes/summation/processor.py", "sea/spline_kernel.py"}  # `compute.lanes` says what each would lose
+WITH_LANES = {"sea/spline_kernel.py"}  # `compute.lanes` says what it would lose
 
 
 def compiled_functions() -> dict[str, int]:

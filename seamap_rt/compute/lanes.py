@@ -3,8 +3,8 @@
 A variable of a compiled function can hold so many numbers of single precision, and the functions below act on all of
 them at once. Where a processor's registers are shorter, LLVM splits them. Python itself can call nothing here.
 
-Two kernels sum short rows many times over. Of a warm turn of choppy_sea (0.91 s of the processor, on a Zen 4) plain
-loops took 0.11 s more in the sea's splines (12 %) and 0.05 s more in `echoes.summation` (5 %). All others are plain.
+The sea's splines sum short rows many times over: of a warm turn of choppy_sea (0.91 s of the processor, on a Zen 4)
+plain loops took 0.11 s more (12 %). All other kernels are plain.
 """
 
 from __future__ import annotations
@@ -97,24 +97,6 @@ def add(context, total, factor, lanes):
         return builder.fadd(values[0], builder.fmul(factors, values[2], flags=_FUSED), flags=_FUSED)
 
     return lanes(lanes, types.float32, lanes), code
-
-
-@_compiled_inline
-def product(context, first, second):
-    """Lane by lane."""
-    return first(first, first), lambda context, builder, signature, values: builder.fmul(*values, flags=_FUSED)
-
-
-@_compiled_inline
-def less(context, first, second):
-    """first − second, lane by lane."""
-    return first(first, first), lambda context, builder, signature, values: builder.fsub(*values, flags=_FUSED)
-
-
-@_compiled_inline
-def plus(context, first, second):
-    """first + second, lane by lane."""
-    return first(first, first), lambda context, builder, signature, values: builder.fadd(*values, flags=_FUSED)
 
 
 @_compiled_inline

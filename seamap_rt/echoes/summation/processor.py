@@ -2,27 +2,27 @@
 
     V(path, gate, node) = Σ_facets E(path, facet, node) a(path) h(path, gate) s(node) exp(−jk(R_tx + R_rx)(node))
 
-Nodes are the innermost axis everywhere: a processor's lanes take them together. Real and imaginary components are kept
-in separate arrays for the same reason. A facet's phase, and what it advances by up to each node, are reduced to one
-cycle in float64.
+Nodes are the innermost axis everywhere, and real and imaginary components are kept in separate arrays: so the compiler
+takes some together. A facet's phase, and what it advances by up to each node, are reduced to one cycle in float64.
 
 Facets are worked on some at a time: what each needs once (its random numbers, its phases, the gates that hear it) is
-computed for all of them by the processor's lanes. A column is summed in a place of its own, which stays in the cache.
+computed for all of them. A column is summed in a place of its own, which stays in the cache.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import add, less, load, plus, product, store, zeros
 from .batch import ALIKE, ColumnBatch
 from .gaussian import key_of, normals, unit_phasor
 
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
 _FACETS = 32  # worked on at a time
-NODES = 16  # taken together
+NODES = 16  # a multiple of these, as vector registers hold
 BATCH_COLUMNS = 32  # of which the sums stay near the cache
 
 
@@ -31,13 +31,15 @@ def sum_columns(batch: ColumnBatch) -> NDArray[np.float32]:
 
     Serial, with the same bits for the same batch; it releases Python's lock, so that batches run in threads.
     """
-    lanes = _whole(batch.window)  # whole groups: zeros behind the window
+    whole = _whole(batch.window)  # whole groups: zeros behind the window
     source = batch.speckle.modes
-    modes = np.zeros((batch.columns.number.size, 2, source.shape[1], lanes), dtype=np.float32)
-    modes[:, 0, :, : batch.window], modes[:, 1, :, : batch.window] = source.real, source.imag
+    modes = np.zeros((batch.columns.number.size, 2, source.shape[1], 2, whole), dtype=np.float32)
+    modes[:, 0, :, 0, : batch.window], modes[:, 0, :, 1, : batch.window] = source.real, source.imag
+    modes[:, 1, :, 0, : batch.window], modes[:, 1, :, 1, : batch.window] = -source.imag, source.real
+    modes = modes.reshape(len(modes), -1, 2 * whole)
     paths, gates, taps = len(batch.geometry.antennas), batch.beam.level.size, _most_gates(batch)
-    out = np.zeros((2, paths, gates, batch.nodes - batch.window + lanes), dtype=np.float32)
-    _add_columns(batch, modes, np.zeros((paths, gates + 2 * taps, 2, lanes), dtype=np.float32), taps, out)
+    out = np.zeros((2, paths, gates, batch.nodes - batch.window + whole), dtype=np.float32)
+    _add_columns(batch, modes, np.zeros((paths, gates + 2 * taps, 2, whole), dtype=np.float32), taps, out)
     return out[..., : batch.nodes]
 
 
@@ -49,48 +51,72 @@ def _most_gates(batch: ColumnBatch) -> int:
 
 @compiled
 def _whole(count):
-    """So many in whole groups of lanes."""
+    """So many in whole groups of NODES."""
     return (count + NODES - 1) // NODES * NODES
+
+
+class _FacetTerms(NamedTuple):
+    """What the sum needs of some facets, one by one."""
+
+    numbers: NDArray[np.float32]  # (component, mode, facet) random, of the facet's strength
+    step: NDArray[np.float64]  # (path, facet) rad, what the phase k(R_i + R_j) advances from node to node
+    phase: NDArray[np.float64]  # (path, facet) rad, at the window's first node
+    phasor_of: NDArray[np.int64]  # (path, facet) the path whose phasor it uses
+    constant: NDArray[np.float32]  # (path, component, facet) a exp(−j phase)
+    cycles: NDArray[np.float64]  # (path, facet) −step in cycles, within ±½
+    first_gate: NDArray[np.int64]  # (path, facet) that hears it, counted from `taps` before the first that there is
+    own_gate: NDArray[np.int64]  # (path, facet)
+    response_row: NDArray[np.int64]  # (path, facet) of the gates that hear it; −1 where none does
 
 
 @compiled
 def _add_columns(batch, modes, column_sum, taps, out):
     """Add a batch to out (component, path, gate, node), by its modes (column, component, mode, node): 0 beyond the
-    window, in whole groups of lanes, for which `out` has room behind its last node. column_sum (path, gate, component,
+    window, in whole groups of nodes, for which `out` has room behind its last node. column_sum (path, gate, component,
     node): zeros, with room for `taps` gates before the first and behind the last."""
     columns, speckle, table = batch.columns, batch.speckle, batch.response
-    window, paths, gates, whole = batch.window, out.shape[1], out.shape[2], modes.shape[3]
-    of_first, of_second = speckle.first_kind_modes, modes.shape[2] - speckle.first_kind_modes
-    drawn = _FACETS * (of_first + of_second)
+    window, paths, gates, whole = batch.window, out.shape[1], out.shape[2], modes.shape[2] // 2
+    drawn = _FACETS * modes.shape[1] // 2
     keys, bits, unit = np.empty(_FACETS, np.uint64), np.empty(drawn, np.uint64), np.empty((2, drawn), np.float32)
-    numbers = np.empty((2, of_first + of_second, _FACETS), np.float32)
-    step, phase = np.empty((paths, _FACETS)), np.empty((paths, _FACETS))
-    constant, turn = np.empty((paths, 2, _FACETS), np.float32), np.empty((paths, _FACETS))
-    phasor_of, heard = np.empty((paths, _FACETS), np.int64), np.empty((3, paths, _FACETS), np.int64)
-    phasor = np.empty((paths, 2, whole), np.float32)
-    by_phase = _gates_by_phase(table, taps)
-    response = by_phase.ravel()
+    by_path = (paths, _FACETS)
+    terms = _FacetTerms(
+        np.empty((2, modes.shape[1] // 2, _FACETS), np.float32),
+        np.empty(by_path),
+        np.empty(by_path),
+        np.empty(by_path, np.int64),
+        np.empty((paths, 2, _FACETS), np.float32),
+        np.empty(by_path),
+        np.empty(by_path, np.int64),
+        np.empty(by_path, np.int64),
+        np.empty(by_path, np.int64),
+    )
+    phasor, echo = np.empty((paths, 2, whole), np.float32), np.empty(2 * whole, np.float32)
+    response = _gates_by_phase(table, taps)
+    rows = response.shape[1]
+    response = response.reshape(-1, taps)
     weight = np.zeros((batch.beam.table.shape[0], gates, whole), np.float32)
     for column in range(columns.number.size):
         _weigh(column, window, batch.beam, weight)
         end = columns.first_facet[column + 1]
         for first in range(columns.first_facet[column], end, _FACETS):
             count = min(end - first, _FACETS)
-            _draw_modes(speckle, columns.number[column], batch.facets.number, first, count, keys, bits, unit, numbers)
-            _find_phases(batch, first, count, columns.begin_s[column], by_phase.shape, step, phase, phasor_of, heard)
-            _turn(batch.facets.amplitude, first, count, step, phase, constant, turn)
+            _draw_modes(speckle, columns.number[column], batch.facets.number, first, count, keys, bits, unit, terms)
+            _find_phases(batch, first, count, columns.begin_s[column], rows, taps, terms)
+            _turn(batch.facets.amplitude, first, count, terms)
+            sums = np.dot(terms.numbers.reshape(-1, _FACETS).T, modes[column])
             for n in range(count):
                 for path in range(paths):
-                    if phasor_of[path, n] == path:
-                        _fill_phasor(turn[path, n], phasor, path)
-                _add_facet(n, modes[column], numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
+                    if terms.phasor_of[path, n] == path:
+                        _fill_phasor(terms.cycles[path, n], phasor, path)
+                _add_facet(n, sums, terms, phasor, response, weight, echo, column_sum)
         _add_column(column_sum, taps, columns.first_node[column], out)
 
 
 @compiled_step
-def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, numbers):
-    """Fill numbers (component, mode, facet) of `count` facets from `first` on, those of each kind times its strength.
-    column, facets (facet,): their keys in the random source. keys (facet,), bits, unit (component, number): room."""
+def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, terms):
+    """Fill the numbers of `count` facets from `first` on, those of each kind times its strength. column, facets
+    (facet,): their keys in the random source. keys (facet,), bits, unit (component, number): room."""
+    numbers = terms.numbers
     streams, strength, kinds = speckle.streams, speckle.strength, speckle.strength.shape[1]
     of_first, modes = speckle.first_kind_modes, numbers.shape[1]
     for kind in range(kinds):
@@ -110,18 +136,16 @@ def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, numbers
 
 
 @compiled_step
-def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of, heard):
-    """Of `count` facets from `first` on, of each path (path, facet): fill in by what the phase k(R_i + R_j) [rad]
-    advances from node to node, the phase at the window's first node, and the path whose phasor it uses; and heard, what
-    hears the facet: the first gate, counted from `taps` before the first that there is, its own gate, and where
-    by_phase, of that shape, holds the response. A facet that no gate hears has the last one negative."""
+def _find_phases(batch, first, count, begin_s, rows, taps, terms):
+    """Fill step, phase, phasor_of and gates of `count` facets from `first` on. rows: of the response of a path, or of
+    all; taps: gates that can hear a facet."""
     facets, geometry, table, gates = batch.facets, batch.geometry, batch.response, batch.beam.level.size
-    rows, taps = by_phase[1], by_phase[2]
     difference, velocity, antennas = facets.difference_m, facets.radial_velocity, geometry.antennas
+    step, phase, phasor_of = terms.step, terms.phase, terms.phasor_of
     spacing, support = table.gate_spacing_m, (table.table.shape[1] - 1) / table.entries_per_m
     middle = 0.5 * (batch.window - 1)  # of the nodes at which a column is heard
     for path in range(antennas.shape[0]):
-        i, j, row_of = antennas[path, 0], antennas[path, 1], path if by_phase[0] > 1 else 0
+        i, j, row_of = antennas[path, 0], antennas[path, 1], path if table.table.shape[0] > 1 else 0
         for n in range(count):
             facet = first + n
             longer, along = difference[i, facet] + difference[j, facet], velocity[i, facet] + velocity[j, facet]
@@ -131,9 +155,9 @@ def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of,
             nearest = np.ceil((beyond - support) / spacing)
             row = min(int((nearest * spacing - (beyond - support)) * table.entries_per_m), rows - 1)
             gate = int(nearest)
-            heard[0, path, n] = gate + taps
-            heard[1, path, n] = min(max(int(beyond / spacing + 0.5), 0), gates - 1)
-            heard[2, path, n] = (row_of * rows + row) * taps if -taps < gate < gates else -1
+            terms.first_gate[path, n] = gate + taps
+            terms.own_gate[path, n] = min(max(int(beyond / spacing + 0.5), 0), gates - 1)
+            terms.response_row[path, n] = row_of * rows + row if -taps < gate < gates else -1
         for n in range(count):
             phasor_of[path, n] = path
             for other in range(path):
@@ -145,19 +169,18 @@ def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of,
 
 
 @compiled_step
-def _turn(amplitude, first, count, step, phase, constant, turn):
-    """Fill constant (path, component, facet) with a exp(−j phase) and turn (path, facet) with −step in cycles, within
-    ±½, of `count` facets from `first` on. Angles are reduced in float64."""
-    for path in range(step.shape[0]):
+def _turn(amplitude, first, count, terms):
+    """Fill the constants and cycles of `count` facets from `first` on. Angles are reduced in float64."""
+    for path in range(terms.step.shape[0]):
         for n in range(count):
-            cycles = -phase[path, n] * _CYCLES_PER_RAD
+            cycles = -terms.phase[path, n] * _CYCLES_PER_RAD
             cosine, sine = unit_phasor(np.float32(cycles - np.rint(cycles)))
             value = amplitude[path, first + n]
-            constant[path, 0, n] = value.real * cosine - value.imag * sine
-            constant[path, 1, n] = value.real * sine + value.imag * cosine
+            terms.constant[path, 0, n] = value.real * cosine - value.imag * sine
+            terms.constant[path, 1, n] = value.real * sine + value.imag * cosine
         for n in range(count):
-            cycles = -step[path, n] * _CYCLES_PER_RAD
-            turn[path, n] = cycles - np.rint(cycles)
+            cycles = -terms.step[path, n] * _CYCLES_PER_RAD
+            terms.cycles[path, n] = cycles - np.rint(cycles)
 
 
 @compiled
@@ -175,48 +198,37 @@ def _gates_by_phase(table, taps):
 
 
 @compiled_step
-def _add_facet(n, modes, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
+def _add_facet(n, sums, terms, phasor, response, weight, echo, column_sum):
     """Add facet n of those at work to column_sum (path, gate, component, node).
 
-    Its numbers (facet, component, mode) times the column's modes, rotated by the phasors (path, component, node), the
-    one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
-    gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
+    The sum of its modes (facet, component, node), rotated by the phasor (path, component, node) that each path uses,
+    times each path's constant, the weight (path or 1, gate, node) of the beam at the facet's own gate, and the response
+    (row, tap) of the gates that hear it. echo (component, node): room.
     """
-    count, whole = modes.shape[1], modes.shape[2]
-    gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
-    taps = np.uint64((rows - gates) // 2)
-    for node in range(0, whole, NODES):
-        xa = yb = xb = ya = zeros(NODES)  # separate sums: no addition waits for another
-        index = node
-        for mode in range(count):
-            x, y = numbers[0, mode, n], numbers[1, mode, n]
-            a, b = load(modes, index, NODES), load(modes, index + count * whole, NODES)
-            xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
-            index += whole
-        re, im = less(xa, yb), plus(xb, ya)
-        rotated_re, rotated_im = re, im
-        last = -1
-        for path in range(paths):
-            if heard[2, path, n] < 0:
-                continue
-            if phasor_of[path, n] != last:
-                last = phasor_of[path, n]
-                place = 2 * last * whole + node
-                c, d = load(phasor, place, NODES), load(phasor, place + whole, NODES)
-                rotated_re = less(product(re, c), product(im, d))
-                rotated_im = plus(product(re, d), product(im, c))
-            u, v = constant[path, 0, n], constant[path, 1, n]
-            row = path if weights > 1 else 0
-            pattern = load(weight, (row * gates + heard[1, path, n]) * whole + node, NODES)
-            echo_re = product(pattern, add(add(zeros(NODES), u, rotated_re), -v, rotated_im))
-            echo_im = product(pattern, add(add(zeros(NODES), u, rotated_im), v, rotated_re))
-            index = (path * rows + heard[0, path, n]) * 2 * whole + node
-            first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
-            for tap in range(taps):
-                height = response[first + tap]
-                store(column_sum, index, add(load(column_sum, index, NODES), height, echo_re))
-                store(column_sum, index + whole, add(load(column_sum, index + whole, NODES), height, echo_im))
-                index += 2 * whole
+    whole, gates, taps = np.uint64(weight.shape[2]), column_sum.shape[1], np.uint64(response.shape[1])
+    flat_sums, flat_phasor, flat_weight, flat_sum = sums.ravel(), phasor.ravel(), weight.ravel(), column_sum.ravel()
+    both = np.uint64(2) * whole
+    start = np.uint64(n) * both
+    for path in range(terms.phasor_of.shape[0]):
+        row = terms.response_row[path, n]
+        if row < 0:
+            continue
+        u, v = terms.constant[path, 0, n], terms.constant[path, 1, n]
+        by = np.uint64(terms.phasor_of[path, n]) * both
+        seen = np.uint64((path if weight.shape[0] > 1 else 0) * weight.shape[1] + terms.own_gate[path, n]) * whole
+        for node in range(whole):
+            real, imag = flat_sums[start + node], flat_sums[start + whole + node]
+            c, d = flat_phasor[by + node], flat_phasor[by + whole + node]
+            turned_real, turned_imag = real * c - imag * d, real * d + imag * c
+            pattern = flat_weight[seen + node]
+            echo[node] = pattern * (u * turned_real - v * turned_imag)
+            echo[whole + node] = pattern * (u * turned_imag + v * turned_real)
+        into = np.uint64(path * gates + terms.first_gate[path, n]) * both
+        for tap in range(taps):
+            height = response[np.uint64(row), tap]
+            for k in range(both):
+                flat_sum[into + k] += height * echo[k]
+            into += both
 
 
 @compiled
