@@ -25,8 +25,6 @@ from ..settings import RadarSettings
 from ..tracing import Illumination
 
 _FACETS = 64  # worked on at a time
-_DISTANCE, _AHEAD, _ASIDE, _RISE, _LOOK, _LIFT = range(6)  # what is noted of each, by `_gather` …
-_SQUARE, _FLOW, _SINE, _FIRST, _RANGE, _LONGER, _COMING, _ROWS = range(6, 14)  # … and then
 
 Path = tuple[int, int]  # the two antennas
 Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of facets, which broadcast
@@ -98,6 +96,32 @@ def facet_paths(
     return FacetPaths(paths, *(shaped(each) for each in (ranges, difference, coming, amplitude)))
 
 
+Row = NDArray[np.float64]  # (_FACETS,)
+
+
+class _Facets(NamedTuple):
+    """Some facets at work; the array stands at the origin of the frame, ahead along the look."""
+
+    distance: Row  # m, horizontal
+    ahead: Row  # m
+    aside: Row  # m
+    rise: Row  # m
+    outward: Row  # m/s, the water's velocity
+    upward: Row  # m/s
+    square: Row  # m², of the distance from the origin
+    flow: Row  # m²/s, velocity times position
+    sine: Row  # direction cosine up the array
+
+
+class _Sight(NamedTuple):
+    """What an antenna has of them."""
+
+    first_range: Row  # m, the first antenna's
+    range: Row  # m
+    difference: Row  # m, to the first antenna's
+    coming: Row  # m/s, radial velocity
+
+
 class _ArrayMotion(NamedTuple):
     antennas: NDArray[np.float64]  # (column, antenna, 3) m
     drift: NDArray[np.float64]  # (column, antenna, 3) m/s
@@ -113,19 +137,25 @@ def _to_antennas(column, facet, positions, velocities, array, ranges, difference
     along the look and up (column, facet).
     """
     antennas, drift, up = array
-    room, begin = np.zeros((_ROWS, _FACETS)), 0
+    facets = _Facets(_row(), _row(), _row(), _row(), _row(), _row(), _row(), _row(), _row())
+    sight, begin = _Sight(_row(), _row(), _row(), _row()), 0
     while begin < column.size:
         c, count = column[begin], _same_column_count(column, begin)
-        _gather(c, facet, begin, count, positions, velocities, room)
-        _look_up(up[c, 0], up[c, 1], up[c, 2], room)
+        _gather(c, facet, begin, count, positions, velocities, facets)
+        _look_up(up[c, 0], up[c, 1], up[c, 2], facets)
         for n in range(count):
-            sine[begin + n] = room[_SINE, n]
+            sine[begin + n] = facets.sine[n]
         for antenna in range(ranges.shape[0]):
-            _look_at(antennas[c, antenna], antennas[c, 0], drift[c, antenna], antenna == 0, room)
+            _look_at(antennas[c, antenna], antennas[c, 0], drift[c, antenna], antenna == 0, facets, sight)
             for n in range(count):
-                ranges[antenna, begin + n] = room[_RANGE, n]
-                difference[antenna, begin + n], coming[antenna, begin + n] = room[_LONGER, n], room[_COMING, n]
+                ranges[antenna, begin + n] = sight.range[n]
+                difference[antenna, begin + n], coming[antenna, begin + n] = sight.difference[n], sight.coming[n]
         begin += count
+
+
+@compiled_step
+def _row():
+    return np.zeros(_FACETS)
 
 
 @compiled_step
@@ -138,48 +168,47 @@ def _same_column_count(column, begin):
 
 
 @compiled_step
-def _gather(column, facet, begin, count, positions, velocities, room):
-    """Fill the first rows of room: distance, ahead, aside, rise; velocity outward and up."""
+def _gather(column, facet, begin, count, positions, velocities, facets):
+    """Fill in where facets are and how they move."""
     distance, ahead, aside, height, origin = positions
     look, lift = velocities
     level = origin[column]
     for n in range(count):
         f = facet[begin + n]
-        room[_DISTANCE, n], room[_AHEAD, n], room[_ASIDE, n] = distance[f], ahead[f], aside[f]
-        room[_RISE, n] = height[column, f] - level
-        room[_LOOK, n], room[_LIFT, n] = look[column, f], lift[column, f]
+        facets.distance[n], facets.ahead[n], facets.aside[n] = distance[f], ahead[f], aside[f]
+        facets.rise[n] = height[column, f] - level
+        facets.outward[n], facets.upward[n] = look[column, f], lift[column, f]
 
 
 @compiled_step_fused
-def _look_up(x, y, z, room):
-    """Fill the rows that all antennas share; x, y, z: the array's direction up."""
+def _look_up(x, y, z, facets):
+    """Fill in what all antennas share; x, y, z: the array's direction up."""
     for n in range(_FACETS):  # of one column or not: whole groups of lanes
-        distance, ahead, aside = room[_DISTANCE, n], room[_AHEAD, n], room[_ASIDE, n]
-        rise, look, lift = room[_RISE, n], room[_LOOK, n], room[_LIFT, n]
+        distance, rise = facets.distance[n], facets.rise[n]
         square = distance * distance + rise * rise
-        room[_SQUARE, n], room[_FLOW, n] = square, look * distance + lift * rise
-        room[_SINE, n] = (x * ahead + y * aside + z * rise) / np.sqrt(square)
+        facets.square[n] = square
+        facets.flow[n] = facets.outward[n] * distance + facets.upward[n] * rise
+        facets.sine[n] = (x * facets.ahead[n] + y * facets.aside[n] + z * rise) / np.sqrt(square)
 
 
 @compiled_step_fused
-def _look_at(position, first, moves, is_first, room):
-    """Fill the rows of an antenna: its range, by how much that is longer than the first antenna's, and the velocity
-    away from it. Its own position and the first one's (3,) m, how it moves (3,) m/s."""
+def _look_at(position, first, moves, is_first, facets, sight):
+    """Fill in what an antenna has of the facets. Its own position and the first one's (3,) m, how it moves (3,) m/s."""
     x, y, z, u, v, w = position[0], position[1], position[2], moves[0], moves[1], moves[2]
     x_first, y_first, z_first = first[0], first[1], first[2]
     its_square, drifts = x * x + y * y + z * z, u * x + v * y + w * z
     first_square = x_first * x_first + y_first * y_first + z_first * z_first
     for n in range(_FACETS):
-        ahead, aside, rise = room[_AHEAD, n], room[_ASIDE, n], room[_RISE, n]
+        ahead, aside, rise = facets.ahead[n], facets.aside[n], facets.rise[n]
         along, first_along = x * ahead + y * aside + z * rise, x_first * ahead + y_first * aside + z_first * rise
-        range_m = np.sqrt(room[_SQUARE, n] - 2.0 * along + its_square)
+        range_m = np.sqrt(facets.square[n] - 2.0 * along + its_square)
         squares = (its_square - first_square) - 2.0 * (along - first_along)
         # (u − d)·(r − a), with the facet's velocity u and position r, and the antenna's d and a.
-        product = room[_FLOW, n] - room[_LOOK, n] * x - room[_LIFT, n] * z
+        product = facets.flow[n] - facets.outward[n] * x - facets.upward[n] * z
         product -= u * ahead + v * aside + w * rise - drifts
-        room[_FIRST, n] = range_m if is_first else room[_FIRST, n]
-        room[_LONGER, n] = squares / (range_m + room[_FIRST, n])
-        room[_RANGE, n], room[_COMING, n] = range_m, product / range_m
+        sight.first_range[n] = range_m if is_first else sight.first_range[n]
+        sight.difference[n] = squares / (range_m + sight.first_range[n])
+        sight.range[n], sight.coming[n] = range_m, product / range_m
 
 
 def _amplitudes(
