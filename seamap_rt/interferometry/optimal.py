@@ -67,6 +67,26 @@ class HalfCell(NamedTuple):
     across: NDArray[np.float64]  # (gate,) m
 
 
+class Neighbours(NamedTuple):
+    """Measured heights around a cell, room for all that there may be."""
+
+    east: NDArray[np.float64]  # m
+    north: NDArray[np.float64]  # m
+    variance: NDArray[np.float64]  # m², of the error
+    parts: NDArray[np.float64]  # (3, neighbour) roots of it, by kind
+    look: NDArray[np.int64]
+    gate: NDArray[np.int64]
+
+
+class Point(NamedTuple):
+    """A cell's middle, and the direction outward there."""
+
+    x: float  # m
+    y: float  # m
+    east: float
+    north: float
+
+
 class ErrorTables(NamedTuple):
     """Covariance of neighbours' errors over the product of their roots."""
 
@@ -88,7 +108,9 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
     # away, a quarter of what the covariance loses over h.
     rounding = 0.25 * (sea[middle, middle] - min(sea[middle + 1, middle], sea[middle, middle + 1]))
     given, left = np.zeros((_MOST + 4, _WIDE)), np.zeros((_MOST + 4, _WIDE))
-    near, index, inverse = np.empty((6, _MOST)), np.empty((2, _MOST), np.int64), np.empty(_MOST + 4)
+    east, north, error, inverse = np.empty(_MOST), np.empty(_MOST), np.empty(_MOST), np.empty(_MOST + 4)
+    parts, look_of, gate_of = np.empty((3, _MOST)), np.empty(_MOST, np.int64), np.empty(_MOST, np.int64)
+    near = Neighbours(east, north, error, parts, look_of, gate_of)
     row, corner, shares = np.empty(_MOST), np.empty(_MOST, np.uint32), np.empty((3, _MOST))
     slope, of_slopes, weights = np.empty((2, 3)), np.empty((2, 3, rows)), np.empty((2, _MOST))
     for block in range(first, last):
@@ -102,36 +124,36 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                 facing = 0.0, 0.0
                 continue
             low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
-            kept = _without_looks(given, near, index, count, high)
+            kept = _without_looks(given, near, count, high)
             gates_near = max(0, start - _GATES), min(gates, stop + _GATES)
-            count = _with_looks(cells, (low, min(high, lowest)), gates_near, rounding, given, near, index, kept)
+            count = _with_looks(cells, (low, min(high, lowest)), gates_near, rounding, given, near, kept)
             lowest = low
             for i in range(kept, count):
                 row[: i + 1] = 0.0
-                _add_sea(row, i + 1, near, near[0, i], near[1, i], pairs, per_spacing, 1.0, corner, shares)
-                _add_errors(row, i, near, index, together, beside)
+                _add_sea(row, i + 1, near, near.east[i], near.north[i], pairs, per_spacing, 1.0, corner, shares)
+                _add_errors(row, i, near, together, beside)
                 row[i] += rounding
                 given[i, _SIDES : _SIDES + i + 1] = row[: i + 1]
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
-                x, y, east, north = points[:, look, gate]
+                point = _point(points, look, gate)
                 row[:count] = 0.0
                 for u in (-along, along):
                     for v in (-across[gate], across[gate]):
-                        there, aside = x + u * east + v * north, y + u * north - v * east
-                        _add_sea(row, count, near, there, aside, towards, per_spacing, 0.25, corner, shares)
+                        at_x, at_y = _offset(point, u, v)
+                        _add_sea(row, count, near, at_x, at_y, towards, per_spacing, 0.25, corner, shares)
                 for i in range(count):
                     given[i, _MEASURED + 1 + gate - start] = row[i]
             chosen = start + 1 if start + 1 < stop and wanted[look, start + 1] else start
-            point = points[:, look, chosen if wanted[look, chosen] else stop - 1]
-            turned = facing[0] * point[2] + facing[1] * point[3] < _SAME_DIRECTION
+            point = _point(points, look, chosen if wanted[look, chosen] else stop - 1)
+            turned = facing[0] * point.east + facing[1] * point.north < _SAME_DIRECTION
             if turned:
-                facing = point[2], point[3]
+                facing = point.east, point.north
                 _set_slopes(given, row, count, near, point, cell, towards, per_spacing, corner, shares)
-            _eliminate(given, count, near[2], left, inverse, 0 if turned else _MEASURED)
+            _eliminate(given, count, near.variance, left, inverse, 0 if turned else _MEASURED)
             if turned:
-                _set_errors(left, count, inverse, near[2], sea, per_spacing, point, cell, weights, slope)
+                _set_errors(left, count, inverse, near.variance, sea, per_spacing, point, cell, weights, slope)
                 for i in range(count):
                     innovation += left[i, _MEASURED] ** 2 * inverse[i]
                     innovations += inverse[i] > 0.0
@@ -144,7 +166,7 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                     part = left[i, _MEASURED + 1 + gate - start]
                     mean += part * left[i, _MEASURED] * inverse[i]
                     explained += part * part * inverse[i]
-                prior = _of_mean(sea, per_spacing, points[2, look, gate], points[3, look, gate], along, across[gate])
+                prior = _of_mean(sea, per_spacing, _point(points, look, gate), along, across[gate])
                 estimate[0, look, gate] = mean
                 estimate[1, look, gate] = max(prior - explained, 0.0)
         # Heights that differ from what their neighbours make them expected to be by more than is stated err by more.
@@ -157,10 +179,24 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
 
 
 @compiled_step
-def _without_looks(given, near, index, count, high):
+def _point(points, look, gate):
+    return Point(points[0, look, gate], points[1, look, gate], points[2, look, gate], points[3, look, gate])
+
+
+@compiled_step
+def _offset(point, outward, clockwise):
+    """East and north of what lies so far outward and clockwise of a point [m]."""
+    return (
+        point.x + outward * point.east + clockwise * point.north,
+        point.y + outward * point.north - clockwise * point.east,
+    )
+
+
+@compiled_step
+def _without_looks(given, near, count, high):
     """Leave out the first neighbours, of looks from `high` on; how many are left."""
     out = 0
-    while out < count and index[0, out] >= high:
+    while out < count and near.look[out] >= high:
         out += 1
     kept = count - out
     if out > 0:
@@ -169,28 +205,29 @@ def _without_looks(given, near, index, count, high):
             for j in range(_SIDES, _SIDES + i + 1):
                 given[i, j] = given[i + out, out + j]
         for i in range(kept):  # loops: to copy parts of arrays takes the compiler eight seconds
-            for n in range(near.shape[0]):
-                near[n, i] = near[n, i + out]
-            for n in range(index.shape[0]):
-                index[n, i] = index[n, i + out]
+            was = i + out
+            near.east[i], near.north[i], near.variance[i] = near.east[was], near.north[was], near.variance[was]
+            near.look[i], near.gate[i] = near.look[was], near.gate[was]
+            for n in range(3):
+                near.parts[n, i] = near.parts[n, was]
     return kept
 
 
 @compiled_step
-def _with_looks(cells, looks, gates, rounding, given, near, index, count):
-    """Append the neighbours of looks and gates (first, end), from the last: near (east, north, error variance, its
-    parts' roots), index (look, gate) and what was measured; how many there are now."""
+def _with_looks(cells, looks, gates, rounding, given, near, count):
+    """Append the neighbours of looks and gates (first, end), from the last, and what was measured; how many there are
+    now."""
     height, parts, points = cells.height, cells.parts, cells.points
     for n in range(looks[1] - 1, looks[0] - 1, -1):
         for m in range(gates[1] - 1, gates[0] - 1, -1):
             if parts[2, n, m] >= 0.0:
-                index[0, count], index[1, count] = n, m
-                near[0, count], near[1, count] = points[0, n, m], points[1, n, m]
+                near.look[count], near.gate[count] = n, m
+                near.east[count], near.north[count] = points[0, n, m], points[1, n, m]
                 square = rounding
                 for part in range(3):
-                    near[3 + part, count] = parts[part, n, m]
+                    near.parts[part, count] = parts[part, n, m]
                     square += parts[part, n, m] ** 2
-                near[2, count] = square
+                near.variance[count] = square
                 given[count, _MEASURED] = height[n, m]
                 count += 1
     return count
@@ -204,7 +241,7 @@ def _add_sea(row, count, near, x, y, table, per_spacing, weight, corner, shares)
     last = 2.0 * middle - 1e-9
     east, north = middle - x * per_spacing, middle - y * per_spacing
     for j in range(np.uint64(count)):  # first all that a processor's lanes do together, then what is looked up
-        u, v = near[0, j] * per_spacing + east, near[1, j] * per_spacing + north
+        u, v = near.east[j] * per_spacing + east, near.north[j] * per_spacing + north
         i, k = min(max(u, 0.0), last), min(max(v, 0.0), last)
         inside = weight if (i == u) & (k == v) else 0.0
         u, v = i - np.floor(i), k - np.floor(k)
@@ -222,14 +259,13 @@ def _add_sea(row, count, near, x, y, table, per_spacing, weight, corner, shares)
 def _set_slopes(given, row, count, near, point, cell, table, per_spacing, corner, shares):
     """Set the covariances of the first neighbours with a cell's mean slopes, outward and clockwise: by how much its far
     edge is higher than its near one, over its length, each edge by two points."""
-    x, y, east, north = point
     for axis in range(2):
         row[:count] = 0.0
         for n in range(4):
             end, beside = cell[axis] * (n // 2 - 0.5), _GAUSS * cell[1 - axis] * (n % 2 * 2 - 1)
             u, v = (beside, end) if axis else (end, beside)
-            there, aside = x + u * east + v * north, y + u * north - v * east
-            _add_sea(row, count, near, there, aside, table, per_spacing, 0.25 / end, corner, shares)
+            at_x, at_y = _offset(point, u, v)
+            _add_sea(row, count, near, at_x, at_y, table, per_spacing, 0.25 / end, corner, shares)
         for i in range(count):
             given[i, axis] = row[i]
 
@@ -250,22 +286,22 @@ def _set_errors(left, count, inverse, error, table, per_spacing, point, cell, we
         for i in range(count):
             explained += left[i, one] * left[i, other] * inverse[i]
             slope[1, n] += weights[one, i] * weights[other, i] * error[i]
-        slope[0, n] = _of_slopes(table, per_spacing, point[2], point[3], cell, one, other) - explained
+        slope[0, n] = _of_slopes(table, per_spacing, point, cell, one, other) - explained
         if one == other:
             slope[0, n] = max(slope[0, n], 0.0)
 
 
 @compiled_step
-def _add_errors(row, i, near, index, along, beside):
+def _add_errors(row, i, near, along, beside):
     """Add to row the covariances of neighbour i's error with those of itself and of the ones before it."""
-    look, gate = index[0, i], index[1, i]
-    tilt, rough, noise = near[3, i], near[4, i], near[5, i]
+    look, gate, parts = near.look[i], near.gate[i], near.parts
+    tilt, rough, noise = parts[0, i], parts[1, i], parts[2, i]
     j = i
-    while j >= 0 and index[0, j] <= look + 1:
-        lag = abs(gate - index[1, j])
+    while j >= 0 and near.look[j] <= look + 1:
+        lag = abs(gate - near.gate[j])
         if lag < along.shape[1]:
-            speckle = along[0, lag] * tilt * near[3, j] + along[1, lag] * rough * near[4, j]
-            row[j] += speckle + along[2, lag] * noise * near[5, j] if look == index[0, j] else beside * speckle
+            speckle = along[0, lag] * tilt * parts[0, j] + along[1, lag] * rough * parts[1, j]
+            row[j] += speckle + along[2, lag] * noise * parts[2, j] if look == near.look[j] else beside * speckle
         j -= 1
 
 
@@ -297,18 +333,18 @@ def _eliminate(given, count, error, left, inverse, first):
 
 
 @compiled_step
-def _of_mean(table, per_spacing, east, north, along, across):
+def _of_mean(table, per_spacing, point, along, across):
     """Variance of a cell's mean, of four points. To opposite lags the covariance is the same."""
     middle = table.shape[0] // 2
     total = 0.25 * table[middle, middle]
     for u, v, share in ((0.0, 2.0, 0.25), (2.0, 0.0, 0.25), (2.0, 2.0, 0.125), (2.0, -2.0, 0.125)):
         u, v = u * along, v * across
-        total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+        total += share * _at(table, middle, per_spacing, point, u, v)
     return total
 
 
 @compiled_step
-def _of_slopes(table, per_spacing, east, north, cell, one, other):
+def _of_slopes(table, per_spacing, point, cell, one, other):
     """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip; of opposite
     lags once."""
     middle, total = table.shape[0] // 2, 0.0
@@ -317,20 +353,21 @@ def _of_slopes(table, per_spacing, east, north, cell, one, other):
             for end in range(2):
                 u, v = cell[0] * (apart / _STRIPS if one else end), cell[1] * (end if one else apart / _STRIPS)
                 share = 0.5 * (_STRIPS - abs(apart)) * (1 - 2 * end)
-                total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+                total += share * _at(table, middle, per_spacing, point, u, v)
     else:
         for n in range(_STRIPS):
             for m in range(2 * _STRIPS):
                 to, strip, aside = m % 2 - 0.5, (n + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
                 u, v = cell[0] * (0.5 - aside), cell[1] * (strip - to)
-                total += to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+                total += to * _at(table, middle, per_spacing, point, u, v)
     return 4.0 * total / (_STRIPS**2 * cell[one] * cell[other])
 
 
 @compiled_step
-def _at(table, middle, per_spacing, dx, dy):
-    """The table at a lag [m], linear between its entries; 0 beyond."""
-    east, north = dx * per_spacing + middle, dy * per_spacing + middle
+def _at(table, middle, per_spacing, point, outward, clockwise):
+    """The table at a lag [m] outward and clockwise of a point, linear between its entries; 0 beyond."""
+    east = (outward * point.east + clockwise * point.north) * per_spacing + middle
+    north = (outward * point.north - clockwise * point.east) * per_spacing + middle
     if east < 0.0 or north < 0.0 or east >= 2 * middle or north >= 2 * middle:
         return 0.0
     i, j = int(east), int(north)
