@@ -9,7 +9,7 @@ Slopes are ∂z/∂(ground range), outward, and ∂z/∂(cross range), clockwise
 
 from __future__ import annotations
 
-from typing import SupportsInt
+from typing import SupportsInt, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,8 @@ EARTH_RADIUS = 6_371_000.0  # m; the 4/3 Earth of radar propagation uses 4/3 of 
 
 POLARIZATIONS = ("VV", "HH")
 
+Frequency = TypeVar("Frequency", float, NDArray[np.float64])
+
 
 def turn_name(turn: SupportsInt, of: int | None = None) -> str:
     """A turn as people count, from 1: "turn 3", or "turn 3 of 5". turn: as datasets count, from 0."""
@@ -33,6 +35,16 @@ def turn_name(turn: SupportsInt, of: int | None = None) -> str:
 def ground_range(slant_m: ArrayLike, height_m: float) -> NDArray[np.float64]:
     """Horizontal distance [m] at which a slant range from an antenna meets mean sea level; 0 short of it."""
     return np.sqrt(np.maximum(np.asarray(slant_m, dtype=np.float64) ** 2 - height_m**2, 0.0))
+
+
+def radar_wavelength(frequency_hz: Frequency) -> Frequency:
+    """λ = c/f [m] of a carrier."""
+    return SPEED_OF_LIGHT / frequency_hz
+
+
+def radar_wavenumber(frequency_hz: float) -> float:
+    """k = 2π f/c [rad/m] of a carrier."""
+    return 2.0 * np.pi * frequency_hz / SPEED_OF_LIGHT
 
 
 def unit_from_azimuth(azimuth_deg: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

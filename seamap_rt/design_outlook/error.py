@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, erfc
 
-from ..conventions import ground_range
+from ..conventions import ground_range, radar_wavelength
 from ..interferometry.ambiguity import BEYOND, LEAST_ODDS, NEIGHBOUR_VARIANCE
 from ..interferometry.interferogram import AROUND, BLURRED_GATES, LASTING
 from ..interferometry.optimal import ACROSS_M, MOST_LOOKS
@@ -84,7 +84,7 @@ class Design:
             ranges=ranges,
             height=radar.height_m,
             baseline=array.baseline_m,
-            wavelength=link.wavelength(radar),
+            wavelength=radar_wavelength(radar.frequency_hz),
             pulse=response.spread_m,
             beam=float(np.hypot(beam, width / np.sqrt(12.0))),
             width=float(width),
@@ -145,7 +145,7 @@ def _compared(radar: RadarSettings, settings: RetrievalSettings, ranges: Array, 
         return paths, paths, 0.5 * pulses
     if switched and settings.paths == "best" and pulse_coherence(radar) >= LASTING:
         array = antenna_array(radar)
-        both = _turn(2, link.wavelength(radar), array.baseline_m, radar.height_m, pulse, ranges)
+        both = _turn(2, radar_wavelength(radar.frequency_hz), array.baseline_m, radar.height_m, pulse, ranges)
         if np.mean(both > 1.0) < BLURRED_GATES:
             return 2, 1, 0.5 * pulses
     return 1, 1, pulses

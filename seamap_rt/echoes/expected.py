@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..conventions import radar_wavenumber
 from ..mesh import Facets
 from ..radar.antenna import antenna
 from ..radar.array import Array
@@ -28,7 +29,7 @@ from ..radar.scan import DwellBeams
 from ..radar.waveform import gates
 from ..settings import RadarSettings
 from ..tracing import Illumination
-from .paths import FacetPaths, Path, facet_paths, wavenumber
+from .paths import FacetPaths, Path, facet_paths
 from .response import RESPONSE_STEP, Response, Samples, gate_samples, response_tables
 
 _CHUNK, _PROCESSED_CHUNK = 32, 2  # columns
@@ -118,7 +119,7 @@ class _ColumnExpectation:
 
     def _unit_phasors(self, paths: FacetPaths) -> list[NDArray[np.complex128]]:
         """Of each interferogram, (column, facet): what the two paths' difference turns the phase by."""
-        k = wavenumber(self._installation.radar)
+        k = radar_wavenumber(self._installation.radar.frequency_hz)
         longer = np.stack([paths.difference[i] + paths.difference[j] for i, j in self._pairs])
         index = self._pairs.index
         return [

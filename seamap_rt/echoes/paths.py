@@ -16,12 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled, compiled_step, compiled_step_fused
-from ..conventions import SPEED_OF_LIGHT
 from ..radar.antenna import Cut
 from ..radar.array import Array
 from ..radar.installation import Installation
 from ..radar.receiver import amplitude_constant
-from ..settings import RadarSettings
 from ..tracing import Illumination
 
 _FACETS = 64  # worked on at a time
@@ -274,11 +272,6 @@ def elevation_tables(array: Array) -> tuple[NDArray[np.float64], NDArray[np.intp
     antennas = [element.antenna for element in array.elements]
     cuts = tuple(dict.fromkeys(antenna.elevation for antenna in antennas))
     return _tables(cuts), np.array([cuts.index(antenna.elevation) for antenna in antennas])
-
-
-def wavenumber(radar: RadarSettings) -> float:
-    """k = 2πf/c [rad/m]."""
-    return 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
 
 
 @lru_cache(maxsize=16)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .. import random_streams
 from ..compute.compiled import compiled
 from ..compute.machine import pool
-from ..conventions import SPEED_OF_LIGHT, db, ground_range
+from ..conventions import db, ground_range, radar_wavenumber
 from ..radar.digital import DigitalReceiver
 from ..radar.installation import Installation
 from ..radar.receiver import measures_phase, noise_power, noise_taps, thermal_noise, transmit_phase_error
@@ -62,7 +62,7 @@ class Magnetron:
         array, excess = installation.array, excess_m(installation.radar, range_m)
         senders = np.array([slot.transmitter for slot in array.cycle])
         longer = excess[senders][:, None] + excess[list(array.receivers)][None]  # (slot, receiver, sample) m
-        rate = -2.0 * np.pi * self.carrier / SPEED_OF_LIGHT  # rad per metre
+        rate = -radar_wavenumber(self.carrier)  # rad per metre
         slot = pulses.slot.astype(np.intp)
 
         def work(start: int) -> None:

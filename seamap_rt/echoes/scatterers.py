@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ..conventions import radar_wavenumber
 from ..errors import InputError
 from ..io.text import numbers
 from ..radar.installation import Installation
@@ -14,7 +15,6 @@ from ..radar.scan import BEAMS_BEYOND, Pulses, pulses
 from ..resolved_scene import installation_of
 from ..scene import SceneLike, as_scene
 from .dataset import echo_dataset
-from .paths import wavenumber
 from .receiving import receive
 from .response import received_samples
 
@@ -61,7 +61,7 @@ def scatterer_voltages(
     """
     radar, array, pose = installation.radar, installation.array, turn.pose
     samples = received_samples(radar)
-    ranges, k = samples.range, wavenumber(radar)
+    ranges, k = samples.range, radar_wavenumber(radar.frequency_hz)
     within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))
     everywhere = any(element.antenna.everywhere for element in array.elements)
     centres = pose.positions

@@ -20,7 +20,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import SPEED_OF_LIGHT, from_db, unit_from_azimuth, wrap_degrees
+from ..conventions import from_db, radar_wavelength, unit_from_azimuth, wrap_degrees
 from ..errors import InputError
 from ..io.meshfile import load_mesh
 from ..mesh import Facets, SurfaceMesh
@@ -317,7 +317,7 @@ class Scenery:
             (lambda eyes, ends: np.ones(len(ends), dtype=bool)) if aboard else sees,
             centres,
             azimuth,
-            wavelength_m=SPEED_OF_LIGHT / installation.radar.frequency_hz,
+            wavelength_m=radar_wavelength(installation.radar.frequency_hz),
             seed=self._scene.seed,
         )
         if not aboard:

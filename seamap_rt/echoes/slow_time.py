@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
 from ..compute.machine import pool
+from ..conventions import radar_wavenumber
 from ..mesh import Facets
 from ..radar.antenna import cache_by_radar
 from ..radar.array import Array
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
-from .paths import wavenumber
 from .response import two_way_beams
 from .speckle import Motion, SpeedBounds, fastest_echo
 
@@ -138,7 +138,7 @@ def choose_nodes(
     """
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
     fastest = fastest or SpeedBounds.of(facets, motion)
-    echo = fastest_echo(fastest, wavenumber(radar), decorrelation_time_s, motion, drift)
+    echo = fastest_echo(fastest, radar_wavenumber(radar.frequency_hz), decorrelation_time_s, motion, drift)
     correlation = correlation_of(radar, _fastest_sweep(facets, pulses), *echo)
     between = widest(correlation, 1.0 / radar.prf_hz, neglected, _LONGEST_STRIDE)
     stride, margin = between.stride, between.weights.shape[1] // 2

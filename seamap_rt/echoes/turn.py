@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
 from ..compute.machine import one_blas_thread, pool
-from ..conventions import unit_from_azimuth
+from ..conventions import radar_wavenumber, unit_from_azimuth
 from ..mesh import Facets
 from ..radar.installation import Installation, column_frame
 from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..tracing import Illumination
-from .paths import facet_paths, wavenumber
+from .paths import facet_paths
 from .receiving import ReceivedTurn, receive
 from .response import ResponseTable, TwoWayBeams, beam_truncation, tabulated, two_way_beams
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
@@ -170,7 +170,7 @@ class ReceiveGeometry:
             speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, beam_window), seed)
         else:
             breaks = None if fastest is None else fastest.breakers is not None
-            k = wavenumber(radar)
+            k = radar_wavenumber(radar.frequency_hz)
             speckle = MovingSpeckle.over(
                 window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, beam_window
             )
@@ -228,7 +228,7 @@ class ReceiveGeometry:
                 first_kind_modes=kinds[0].shape[1],
                 strength=strength,
             ),
-            geometry=Geometry(paths, wavenumber(self.installation.radar), self.nodes.spacing_s),
+            geometry=Geometry(paths, radar_wavenumber(self.installation.radar.frequency_hz), self.nodes.spacing_s),
             response=self._response,
             beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import radar_wavenumber
 from ..dataset import QUALITY_FLAGS
 from ..interferometry.retrieval import retrieve_one
 from ..settings import RetrievalSettings
@@ -140,7 +140,7 @@ def offsets(echoes: xr.Dataset, level: Level | None, paths: int) -> list[Finding
     (lift, tilt), (lift_error, tilt_error) = level.line()
     allowed = _OF_WAVES * level.waves
     mast = float(echoes.attrs["height_m"]) - lift
-    wavenumber = 2.0 * np.pi * float(echoes.attrs["frequency_hz"]) / SPEED_OF_LIGHT
+    wavenumber = radar_wavenumber(float(echoes.attrs["frequency_hz"]))
     phase, phase_error = np.degrees(np.array((-tilt, tilt_error)) * paths * wavenumber * echoes.attrs["baseline_m"])
     baseline = float(echoes.attrs["baseline_m"]) * mast / float(echoes.attrs["height_m"])
     of_height = f"height_m = {mast:.4g} would bring it to 0, or baseline_m = {baseline:.4g}; check first_gate_m too"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import SPEED_OF_LIGHT, radar_wavelength
 from ..errors import SchemaError
 from ..io.text import shown
 from ..radar.waveform import RangeResponse
@@ -59,7 +59,7 @@ class RadarDescription:
         measured = magnetron and bool(attrs.get("coherent_on_receive", 0))
         sensors = {key: attrs[name] for key in SensorErrors.model_fields if (name := f"sensors_{key}") in attrs}
         return cls(
-            wavelength=SPEED_OF_LIGHT / float(attrs["frequency_hz"]),
+            wavelength=radar_wavelength(float(attrs["frequency_hz"])),
             noise_power=float(attrs["noise_power_w"]),
             transmit=str(attrs["transmit"]),
             sector=(start, stop),

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT, db, ground_range
+from ..conventions import db, ground_range, radar_wavenumber
 from ..radar.array import Array, antenna_array
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings
@@ -84,7 +84,7 @@ class _Look:
         self.cuts = [element.antenna.elevation for element in array.elements]
         self.transmitter, self.receivers = array.transmitters[0], array.receivers[:2]
         self.places = [self._place(array, number) for number in self.receivers]
-        self.turn = array.phase_paths * 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT  # rad a metre
+        self.turn = array.phase_paths * radar_wavenumber(radar.frequency_hz)  # rad a metre
 
     def _place(self, array: Array, number: int) -> tuple[float, float]:
         """Ahead and up [m] from the water below the array; the array's axis leans forward by the tilt."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import db, written
+from ..conventions import db, radar_wavelength, written
 from ..errors import InputError
 from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
@@ -65,7 +65,7 @@ def _facts(scene: Scene) -> list[tuple[str, str]]:
     spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)
     gain, pulses = db(antenna(radar).gain), link.dwell(radar)
     facts = [
-        ("wavelength", f"{1e3 * link.wavelength(radar):.2f} mm"),
+        ("wavelength", f"{1e3 * radar_wavelength(radar.frequency_hz):.2f} mm"),
         ("antenna", f"{gain:.2f} dBi; {_beam(radar)}"),
         ("beam across the look", "{} m at 100 m, {} m at 200 m".format(*(written(float(each), 2) for each in across))),
         ("range resolution", _resolution(radar)),

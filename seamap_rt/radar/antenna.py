@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.quadrature import bisect, gauss_legendre
-from ..conventions import SPEED_OF_LIGHT, from_db
+from ..conventions import from_db, radar_wavelength
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
 
@@ -97,7 +97,7 @@ def antenna_of(settings: AntennaSettings, frequency_hz: float, tilt_deg: float) 
     else:
         azimuth, elevation, gain = _pattern(
             settings.pattern,
-            SPEED_OF_LIGHT / frequency_hz,
+            radar_wavelength(frequency_hz),
             (settings.width_m, settings.height_m),
             (settings.azimuth_beamwidth_deg, settings.elevation_beamwidth_deg),
         )

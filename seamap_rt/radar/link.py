@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import SPEED_OF_LIGHT, db, from_db
+from ..conventions import SPEED_OF_LIGHT, db, from_db, radar_wavelength
 from ..physics.shadowing import shadowing_smith67
 from ..settings import RadarSettings
 from .antenna import antenna
@@ -38,11 +38,6 @@ class Dwell(NamedTuple):
     duration_s: float
     pulses: int
     interval_s: float  # between the pulses that it hears
-
-
-def wavelength(radar: RadarSettings) -> float:
-    """Of the carrier, m."""
-    return SPEED_OF_LIGHT / radar.frequency_hz
 
 
 def beam_widths_deg(radar: RadarSettings) -> tuple[float, float]:
@@ -129,7 +124,7 @@ def textbook_power(
     """Echo power [W] by the textbook's equation; nrcs: σ0, a ratio. gain: in place of the antenna's own, a ratio."""
     ranges = np.asarray(range_m, dtype=np.float64)
     peak = antenna(radar).gain if gain is None else gain
-    sent = radar.transmit_power_w * peak**2 * wavelength(radar) ** 2 * compression_gain(radar)
+    sent = radar.transmit_power_w * peak**2 * radar_wavelength(radar.frequency_hz) ** 2 * compression_gain(radar)
     spread = (4.0 * np.pi) ** 3 * ranges**4 * from_db(radar.losses_db)
     return sent * np.asarray(nrcs, dtype=np.float64) * cell_area(radar, ranges) / spread
 
@@ -169,7 +164,7 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     heard = np.maximum(heard, radar.height_m)
     received = np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0)
     whole = scipy.integrate.trapezoid(received, offset, axis=-1)
-    sent = radar.transmit_power_w * aerial.gain**2 * wavelength(radar) ** 2
+    sent = radar.transmit_power_w * aerial.gain**2 * radar_wavelength(radar.frequency_hz) ** 2
     return sent * np.asarray(nrcs, dtype=np.float64) * whole / ((4.0 * np.pi) ** 3 * from_db(radar.losses_db))
 
 

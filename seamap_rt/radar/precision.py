@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import db
+from ..conventions import db, radar_wavelength
 from ..settings import RadarSettings
 from . import link
 from .array import antenna_array
@@ -29,7 +29,7 @@ def height_per_radian(radar: RadarSettings, range_m: float) -> float:
     array = antenna_array(radar)
     if array.baseline_m == 0.0:
         return float("inf")
-    return link.wavelength(radar) * range_m / (2.0 * np.pi * array.phase_paths * array.baseline_m)
+    return radar_wavelength(radar.frequency_hz) * range_m / (2.0 * np.pi * array.phase_paths * array.baseline_m)
 
 
 def noise_phase_error(radar: RadarSettings, snr: float) -> float:
@@ -72,4 +72,4 @@ def speckle_db(count: float) -> float:
 
 def doppler_cycles(radar: RadarSettings, speed_m_s: float) -> float:
     """Cycles of phase that a speed along the look makes of a dwell: 2vT/λ."""
-    return 2.0 * speed_m_s * link.dwell(radar).duration_s / link.wavelength(radar)
+    return 2.0 * speed_m_s * link.dwell(radar).duration_s / radar_wavelength(radar.frequency_hz)

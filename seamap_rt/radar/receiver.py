@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import BOLTZMANN, REFERENCE_TEMPERATURE, SPEED_OF_LIGHT, from_db
+from ..conventions import BOLTZMANN, REFERENCE_TEMPERATURE, SPEED_OF_LIGHT, from_db, radar_wavelength
 from ..settings import RadarSettings, RetrievalSettings
 from .antenna import antenna
 from .array import antenna_array
@@ -85,7 +85,7 @@ def amplitude_constant(radar: RadarSettings, gain: float | None = None) -> float
 
     gain: geometric mean of the two antennas' gains; left out, that of [radar.antenna].
     """
-    wavelength = SPEED_OF_LIGHT / radar.frequency_hz
+    wavelength = radar_wavelength(radar.frequency_hz)
     loss = float(from_db(radar.losses_db))
     gain = antenna(radar).gain if gain is None else gain
     return float(np.sqrt(radar.transmit_power_w * gain**2 * wavelength**2 / ((4.0 * np.pi) ** 3 * loss)))

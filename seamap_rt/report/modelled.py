@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..conventions import db
+from ..conventions import db, radar_wavenumber
 from ..interferometry.interferogram import LASTING
 from ..physics.shadowing import shadow_kept
 from ..radar import link, precision
@@ -21,7 +21,7 @@ from ..radar.receiver import measures_phase, noise_power, pulse_coherence, trans
 from ..radar.scan import scanned_share
 from ..radar.waveform import RangeResponse, blind_range_m
 from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level
-from ..scattering.bragg import bragg_speed, radar_wavenumber
+from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import modulation_db, relaxation_rate
 from ..scattering.composite import FrontFacets, front_facets
 from ..scattering.sea_spikes import sea_spikes

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
+from seamap_rt.conventions import POLARIZATIONS, radar_wavenumber
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -161,11 +161,6 @@ def nrcs_two_scale(
     sigma = 16.0 * np.pi * k**4 * np.cos(local) ** 4 * np.abs(mixed) ** 2 * plane_spectrum
     ceiling = abs(complex(fresnel(0.0, permittivity)[0])) ** 2 / waves.mean_square_slope
     return np.asarray(sigma / (1.0 + sigma / ceiling), dtype=np.float32)
-
-
-def radar_wavenumber(frequency_hz: float) -> float:
-    """k = 2π f/c [rad/m]."""
-    return 2.0 * np.pi * frequency_hz / SPEED_OF_LIGHT
 
 
 def bragg_speed(frequency_hz: float) -> float:

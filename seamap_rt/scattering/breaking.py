@@ -20,9 +20,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
+from seamap_rt.conventions import GRAVITY, WATER_DENSITY, radar_wavenumber
 from seamap_rt.physics.dispersion import angular_frequency
-from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.sea.spectra import elfouhaily97_peak_wavenumber, friction_velocity
 from seamap_rt.settings import ScatteringSettings
 
@@ -80,7 +79,7 @@ def breaking_fronts(
     Times ½ c_q it is the breaking share of the sea's area per ln k and φ. 0 where no wave that is long enough breaks.
     """
     peak = elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age)
-    limit = min(_SHORTEST, 0.2 * np.pi * frequency_hz / SPEED_OF_LIGHT)
+    limit = min(_SHORTEST, 0.1 * radar_wavenumber(frequency_hz))
     k = np.geomspace(min(peak, limit), limit, 400)
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)  # no wave grows against the wind
     if limit <= peak:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
+from seamap_rt.conventions import POLARIZATIONS, radar_wavelength
 
 _POSITIVE = float(np.nextafter(0.0, 1.0))
 _UNIT_WIND = 3.16  # m/s, the wind of sea state 1
@@ -154,7 +154,7 @@ def nrcs_horst78(
     table at 0.1°.
     """
     psi, state, frequency = GIT.checked(grazing_deg, sea_state, frequency_hz, polarization, extrapolate, clipped)
-    psi, wavelength = np.radians(psi), SPEED_OF_LIGHT / frequency
+    psi, wavelength = np.radians(psi), radar_wavelength(frequency)
     wind = wind_from_sea_state(np.maximum(state, _CALM))
     height = 4.52e-3 * wind**2.5  # m, average
 
@@ -189,7 +189,7 @@ def nrcs_tsc90(
     Nathanson's table at 9.3 GHz, in feet 1–3 dB. VV jumps at 2 GHz, by −10 to 1 dB.
     """
     psi, state, frequency = TSC.checked(grazing_deg, sea_state, frequency_hz, polarization, extrapolate, clipped)
-    psi, wavelength = np.radians(psi), SPEED_OF_LIGHT / frequency / _FOOT
+    psi, wavelength = np.radians(psi), radar_wavelength(frequency) / _FOOT
     height = 0.115 * state**1.95  # feet, standard deviation
 
     roughness = (14.9 * psi * (height + 0.25) / wavelength) ** 1.5
@@ -236,7 +236,7 @@ def nrcs_reilly90(
     in the logarithm of the wind's term (natural instead of decimal: 0.7 dB less).
     """
     psi, state, frequency = HYBRID.checked(grazing_deg, sea_state, frequency_hz, polarization, extrapolate, clipped)
-    state, wavelength = np.maximum(state, _CALM), SPEED_OF_LIGHT / frequency
+    state, wavelength = np.maximum(state, _CALM), radar_wavelength(frequency)
     log_ghz = np.log10(frequency / 1e9)
     level_db = np.where(frequency <= 12.5e9, 24.4 * log_ghz - 65.2, 3.25 * log_ghz - 42.0)
     level_db = level_db + _grazing_db(psi, state, wavelength) + 5.0 * (state - 5.0)

@@ -16,7 +16,8 @@ import scipy
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from seamap_rt.scattering.bragg import Array, FacetView, bragg_coefficients, facet_view, radar_wavenumber
+from seamap_rt.conventions import radar_wavenumber
+from seamap_rt.scattering.bragg import Array, FacetView, bragg_coefficients, facet_view
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
 

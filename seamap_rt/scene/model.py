@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
-from ..conventions import SPEED_OF_LIGHT, ground_range
+from ..conventions import ground_range, radar_wavelength
 from ..errors import InputError, must_be
 from ..io import scenefile
 from ..io.text import TableMixin, number_text
@@ -143,7 +143,7 @@ class Scene(TableMixin, Section):
     @property
     def wavelength_m(self) -> float:
         """The radar's wavelength."""
-        return SPEED_OF_LIGHT / self.radar.frequency_hz
+        return radar_wavelength(self.radar.frequency_hz)
 
     @property
     def turn_duration_s(self) -> float:

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import radar_wavelength
 from ..io.text import rounded_down, rounded_up
 from ..radar.array import antenna_array
 from ..radar.checks import pulses_of_a_look, pulses_of_a_turn
@@ -34,7 +34,7 @@ def check_apertures(radar: RadarSettings) -> Iterator[str]:
     placed = ((f"radar.antennas.{number}", antenna) for number, antenna in enumerate(radar.antennas))
     for key, antenna in (("radar.antenna", radar.antenna), *placed):
         if antenna.pattern == "slotted_waveguide":
-            yield from _too_narrow(key, antenna, SPEED_OF_LIGHT / radar.frequency_hz)
+            yield from _too_narrow(key, antenna, radar_wavelength(radar.frequency_hz))
 
 
 def _too_narrow(key: str, antenna: AntennaSettings, wavelength: float) -> Iterator[str]:

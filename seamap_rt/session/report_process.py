@@ -95,10 +95,9 @@ def is_compiled() -> bool:
 
 def compile_retrieval() -> None:
     """Retrieve a turn over waves that are high enough for the phase's cycle to be looked for."""
-    from ..conventions import ground_range
+    from ..conventions import ground_range, radar_wavenumber
     from ..echoes.dataset import echo_dataset
     from ..interferometry import retrieve
-    from ..radar.link import wavelength
     from ..radar.scan import pulses
     from ..radar.waveform import gates
     from ..resolved_scene import installation_of
@@ -110,7 +109,7 @@ def compile_retrieval() -> None:
     fired, slant = pulses(installation, 0), gates(radar)
     ground = ground_range(slant, radar.height_m)
     above = fired.pose.positions[0, :, 2, None] - 2.0 * np.sin(ground / 6.0)
-    phase = -2.0 * np.pi / wavelength(radar) * np.hypot(ground, above)
+    phase = -radar_wavenumber(radar.frequency_hz) * np.hypot(ground, above)
     speckle = np.random.default_rng(0).standard_normal((2, fired.number.size, 1, slant.size))
     voltage = (1e-3 * (speckle[0] + 1j * speckle[1]) * np.exp(1j * phase)).astype(np.complex64)
     sea_state(retrieve(echo_dataset(installation, [fired], [voltage])))

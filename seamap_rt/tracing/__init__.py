@@ -28,7 +28,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import radar_wavelength
 from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
 from .unresolved_waves import UnresolvedWaves
@@ -70,7 +70,7 @@ def tracer(
         trace = PathsTracer(radar)
     else:
         raise ValueError(f"tracer '{name}': must be facets, horizon or paths")
-    return trace if diffraction == "none" else _over_edges(trace, SPEED_OF_LIGHT / radar.frequency_hz)
+    return trace if diffraction == "none" else _over_edges(trace, radar_wavelength(radar.frequency_hz))
 
 
 def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:

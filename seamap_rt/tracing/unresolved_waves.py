@@ -37,9 +37,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled
 from ..compute.machine import in_blocks
+from ..conventions import radar_wavenumber
 from ..physics.shadowing import facing_share_smith67, shadow_kept, shadowing_smith67
 from ..scattering import ShortWaves
-from ..scattering.bragg import radar_wavenumber
 from ..scene import Scene
 from .illumination import Illumination
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 import seamap_rt as sr
-from seamap_rt.conventions import db
+from seamap_rt.conventions import db, radar_wavenumber
 from seamap_rt.design_outlook import estimate_outlook
 from seamap_rt.design_outlook.error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.model import outlook_rows
@@ -32,7 +32,6 @@ from seamap_rt.products.link import link_budget
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs
-from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
 from validation.analytic import shadowing_smith67, sinusoid_shadowed_fraction
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.conventions import SPEED_OF_LIGHT, radar_wavenumber
 from seamap_rt.echoes import expected_look_gates, turn_voltages
-from seamap_rt.echoes.paths import facet_paths, wavenumber
+from seamap_rt.echoes.paths import facet_paths
 from seamap_rt.mesh import SurfaceMesh, polar_grid, surface_mesh
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
@@ -124,7 +124,7 @@ def test_in_deep_shadow_the_phase_is_the_ridges() -> None:
     to_top, to_facet = (
         np.diff(np.hypot(x, heights - z))[0] for x, z in ((RIDGE, HEIGHT), (facets.distance[chosen], 0.0))
     )
-    k = wavenumber(radar)
+    k = radar_wavenumber(radar.frequency_hz)
     # F's next term: 1/(πv²) of each antenna, v = 5 and 5 % apart; RIDGE's chord lies 0.2 mm within it.
     assert abs(np.angle(np.exp(1j * (found - k * to_top)))) < 5e-3
     assert abs(k * (to_top - to_facet)) > 1.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from seamap_rt.conventions import db, from_db
+from seamap_rt.conventions import db, from_db, radar_wavelength
 from seamap_rt.radar import link
 from seamap_rt.radar.chirp import Chirp
 from seamap_rt.radar.receiver import noise_power
@@ -41,7 +41,7 @@ def test_cell() -> None:
 @pytest.mark.parametrize(("efficiency", "gain", "weakest"), [(1.0, 31.45, -51.2), (0.6, 29.2, -46.8)])
 def test_weakest_sea_of_the_textbook(efficiency: float, gain: float, weakest: float) -> None:
     size = STUDY.antenna.width_m * STUDY.antenna.height_m
-    aperture = 4.0 * np.pi * efficiency * size / link.wavelength(STUDY) ** 2
+    aperture = 4.0 * np.pi * efficiency * size / radar_wavelength(STUDY.frequency_hz) ** 2
     assert_allclose(db(aperture), gain, atol=0.05)  # the digits given
     unity = link.textbook_power(STUDY, 1.0, 100.0, aperture)
     assert_allclose(db(link.minimum_nrcs(STUDY, unity)), weakest, atol=0.05)

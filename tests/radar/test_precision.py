@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from seamap_rt.conventions import db
+from seamap_rt.conventions import db, radar_wavelength
 from seamap_rt.radar import link, precision
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RadarSettings
@@ -48,7 +48,7 @@ def test_a_radian_is_worth_half_with_twice_the_paths_or_the_baseline() -> None:
     one = small(radar__transmit="single")
     height = precision.height_per_radian(one, 100.0)
     # λR/(2πB)
-    assert height == pytest.approx(link.wavelength(one) * 100.0 / (2.0 * math.pi * one.baseline_m))
+    assert height == pytest.approx(radar_wavelength(one.frequency_hz) * 100.0 / (2.0 * math.pi * one.baseline_m))
     assert precision.height_per_radian(both, 100.0) == pytest.approx(0.5 * height)
     assert precision.height_per_radian(small(radar__baseline_m=2.0 * one.baseline_m), 100.0) == pytest.approx(
         0.5 * height
@@ -58,5 +58,5 @@ def test_a_radian_is_worth_half_with_twice_the_paths_or_the_baseline() -> None:
 
 def test_a_wavelength_there_and_back_is_two_cycles() -> None:
     radar = small()
-    speed = link.wavelength(radar) / link.dwell(radar).duration_s
+    speed = radar_wavelength(radar.frequency_hz) / link.dwell(radar).duration_s
     assert precision.doppler_cycles(radar, speed) == pytest.approx(2.0)

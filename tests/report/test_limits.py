@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from seamap_rt.conventions import radar_wavelength, radar_wavenumber
 from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import limits
 from seamap_rt.report import modelled as modelled_rows
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
 from seamap_rt.report.modelled import Case
-from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import ResolvedSea, realize
@@ -479,7 +479,7 @@ def test_what_a_magnetron_costs_is_said() -> None:
         scene, resolved = small(**measured, radar__interferogram=mode)
         assert "p = 2" in row(modelled(scene, resolved), "mode")["why"]
         middle = link.middle_m(scene.radar)
-        radian = link.wavelength(scene.radar) * middle / (2.0 * math.pi * 2.0 * scene.radar.baseline_m)
+        radian = radar_wavelength(scene.radar.frequency_hz) * middle / (2.0 * math.pi * 2.0 * scene.radar.baseline_m)
         law = math.radians(6.0) * math.sqrt(2.0 / (share * pulses)) * radian
         assert row(modelled(scene, resolved), "magnetron")["value"] == pytest.approx(law, rel=0.02)
     scene, resolved = small(**measured, radar__transmit="single")

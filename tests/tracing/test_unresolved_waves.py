@@ -10,11 +10,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import load_scene, sea
+from seamap_rt.conventions import radar_wavenumber
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.mesh import SurfaceMesh, mesh_turn
 from seamap_rt.physics.shadowing import shadow_kept
 from seamap_rt.scattering import ShortWaves
-from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, UnresolvedWaves

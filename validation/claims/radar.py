@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from seamap_rt.conventions import SPEED_OF_LIGHT, db
+from seamap_rt.conventions import SPEED_OF_LIGHT, db, radar_wavelength
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import Cut, antenna
 from seamap_rt.radar.waveform import RangeResponse
@@ -77,7 +77,7 @@ def _dip(response: RangeResponse, distance: float) -> float:
 def beam() -> Claim:
     """Beam widths of the aperture: those of uniform illumination, and the tapers that the study's widths need."""
     half = _half_power(np.sinc)  # half the beam width of an evenly lit line, as (aperture/λ) · direction cosine
-    even = [2.0 * np.degrees(np.arcsin(half * link.wavelength(STUDY) / size)) for size in _APERTURE]
+    even = [2.0 * np.degrees(np.arcsin(half * radar_wavelength(STUDY.frequency_hz) / size)) for size in _APERTURE]
     figures = [
         (
             f"evenly lit {_APERTURE[0]:g} m × {_APERTURE[1]:g} m",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import db, from_db
+from seamap_rt.conventions import db, from_db, radar_wavelength
 from seamap_rt.products.link import CURVE_POINTS, FURTHEST_M, simulated_power
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import antenna
@@ -28,7 +28,8 @@ class MinimumNrcs(NamedTuple):
 
 def aperture_gain(radar: RadarSettings, efficiency: float = 1.0) -> float:
     """4π A η/λ² of the aperture's own area, the gain (a ratio) that textbooks start from."""
-    return 4.0 * np.pi * efficiency * radar.antenna.width_m * radar.antenna.height_m / link.wavelength(radar) ** 2
+    area = radar.antenna.width_m * radar.antenna.height_m
+    return 4.0 * np.pi * efficiency * area / radar_wavelength(radar.frequency_hz) ** 2
 
 
 def claim_minimum_nrcs(

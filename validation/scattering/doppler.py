@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 import seamap_rt as sr
-from seamap_rt.conventions import POLARIZATIONS
+from seamap_rt.conventions import POLARIZATIONS, radar_wavenumber
 from seamap_rt.echoes import turn_voltages
-from seamap_rt.echoes.paths import facet_paths, wavenumber
+from seamap_rt.echoes.paths import facet_paths
 from seamap_rt.echoes.speckle import Motion
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
@@ -219,7 +219,7 @@ def expected_spectra(
     columns = np.flatnonzero((sweep > 0.0) & (sweep < 10.0) if chosen is None else chosen)
     paths = facet_paths(facets, rcs, Installation(radar), slice(columns[0], columns[-1] + 1))
     power = np.abs(paths.amplitude[0]).astype(np.float64) ** 2
-    k, tau = wavenumber(radar), scene.scattering.decorrelation_time_s
+    k, tau = radar_wavenumber(radar.frequency_hz), scene.scattering.decorrelation_time_s
     gate = np.rint((paths.range[0] - gates(radar)[0]) / radar.range_sampling_m)
 
     def by_doppler(share: NDArray[np.float64], outward: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -303,7 +303,7 @@ def main() -> None:
     chosen.out.mkdir(parents=True, exist_ok=True)
 
     lag, correlation, scene = correlations(chosen.seeds)
-    k, tau = wavenumber(scene.radar), scene.scattering.decorrelation_time_s
+    k, tau = radar_wavenumber(scene.radar.frequency_hz), scene.scattering.decorrelation_time_s
     print(f"autocorrelation over {lag[-1] * 1e3:.0f} ms, {chosen.seeds} draws: largest deviation from the expected one")
     for case in CASES:
         print(f"  {case.name:36} {np.max(np.abs(correlation[case.name] - case.law(lag, tau, k))):.4f}")
