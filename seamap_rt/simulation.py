@@ -17,6 +17,7 @@ from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface, TurnAccumulator
+from .echoes.receiving import ReceivedTurn
 from .echoes.response import truncation_share
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
@@ -196,9 +197,8 @@ class Simulator:
 
         on_stage: called with the name of each step as it begins.
         """
-        scene, installation, clock = self.scene, self.installation, Stopwatch(on_stage=on_stage)
-        begun = time.perf_counter()
-        fired = pulses(installation, number)
+        clock, begun = Stopwatch(on_stage=on_stage), time.perf_counter()
+        fired = pulses(self.installation, number)
         clock.seconds["calibrate"] = 0.0
         if self._surface is None:
             with clock("calibrate"):
@@ -208,37 +208,49 @@ class Simulator:
         with clock("objects"):
             objects = self.scenery.voltages(mesh, fired)
         with clock("echoes"):
-            moving, neglected = light, truncation_share(self.sea.resolved.elevation_std, scene.tracing.height_error_m)
-            if returns.running is not None:
-                moving = replace(light, velocity_look=light.velocity_look + returns.running)
-            speckle = scene.seed, scene.scattering.decorrelation_time_s
-            received = turn_echoes(
-                moving, returns.rcs, installation, fired, *speckle, returns.motion, objects, neglected
-            )
+            received = self._receive(light, returns, fired, objects)
         with clock("truth"):
-            truth = polar_truth(light, returns.rcs, installation, scene.retrieval, number)
+            cells = polar_truth(light, returns.rcs, self.installation, self.scene.retrieval, number)
             if self.visible is None:
                 self.visible = self._visible_share(mesh, light)
         rays, facets = light.rays, mesh.facets
-        del light, returns, moving  # before more is made
+        del light, returns  # before more is made
         with clock("echoes"):
-            under_water = _submerged_pulses(submerged, facets, fired)
-            received.voltage[under_water] = np.nan
-            rest = scene.scattering.polarization, [under_water], number, scene.resolved_retrieval
-            echoes = echo_dataset(installation, [fired], [received], *rest)
+            echoes = self._record(received, _submerged_pulses(submerged, facets, fired), fired, number)
         with clock("truth"):
-            ground = ground_truth(self.sea, installation, scene.retrieval, number)
-            known = where_known(truth, self.sea, installation, scene.retrieval)
-            resolved = self.sea.resolved
-            if resolved.record_start_s is not None:  # to lay the record's own gauges beside
-                zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
-                known, ground = known.assign_attrs(zero), ground.assign_attrs(zero)
-            both = xr.DataTree.from_dict({"/polar": known, "/ground": ground})
+            truth = self._truth(cells, number)
         with clock("sea"):
             folded = self._folded_share(facets)
         timing = {**clock.seconds, "total": time.perf_counter() - begun}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, both, begun, timing, int(facets.height.size), rays, slope, folded)
+        return Turn(number, echoes, truth, begun, timing, int(facets.height.size), rays, slope, folded)
+
+    def _receive(
+        self, light: Illumination, returns: Returns, fired: Pulses, objects: NDArray[np.complex64] | None
+    ) -> ReceivedTurn:
+        """The pulses as they are received, noise and all; objects: their voltages."""
+        scene = self.scene
+        neglected = truncation_share(self.sea.resolved.elevation_std, scene.tracing.height_error_m)
+        if returns.running is not None:
+            light = replace(light, velocity_look=light.velocity_look + returns.running)
+        speckle = scene.seed, scene.scattering.decorrelation_time_s
+        return turn_echoes(light, returns.rcs, self.installation, fired, *speckle, returns.motion, objects, neglected)
+
+    def _record(self, received: ReceivedTurn, under_water: NDArray[np.bool_], fired: Pulses, number: int) -> xr.Dataset:
+        """The schema's `echoes`, without the pulses (pulse,) of an antenna under water."""
+        received.voltage[under_water] = np.nan
+        rest = self.scene.scattering.polarization, [under_water], number, self.scene.resolved_retrieval
+        return echo_dataset(self.installation, [fired], [received], *rest)
+
+    def _truth(self, cells: xr.Dataset, number: int) -> xr.DataTree:
+        """The truth of a turn on both grids; cells: what the facets say of the polar one."""
+        scene, resolved = self.scene, self.sea.resolved
+        ground = ground_truth(self.sea, self.installation, scene.retrieval, number)
+        polar = where_known(cells, self.sea, self.installation, scene.retrieval)
+        if resolved.record_start_s is not None:  # to lay the record's own gauges beside
+            zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
+            polar, ground = polar.assign_attrs(zero), ground.assign_attrs(zero)
+        return xr.DataTree.from_dict({"/polar": polar, "/ground": ground})
 
     def _visible_share(self, mesh: SurfaceMesh, light: Illumination) -> VisibleShare:
         water = permittivity_of(self.scene.scattering, self.installation.radar.frequency_hz)
