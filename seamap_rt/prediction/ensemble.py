@@ -13,34 +13,21 @@ from __future__ import annotations
 from collections import deque
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .assimilation import Batch, Unknowns, solve
+from .field import Member
+from .fit import Fit
 from .observations import Observations
 from .spectrum import Field, Lattice
 from .wave_sum import WaveSum
-
-if TYPE_CHECKING:
-    from .fit import Fit
 
 _KEPT = 12  # samples: a standard error is known to a tenth from them and their neighbourhood
 _OTHER = 4  # samples that rest on a fourth more or fewer turns tell of another state
 _LONG, _SHORT = 3.5, 0.06  # times the peak's wavenumber, or all but this share of the sea: what samples are of
 _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or more a batch
-
-
-@dataclass(frozen=True)
-class Member:
-    """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, and of what was fitted, by place from the
-    antennas and time from the forecast's issue; turns: that it rests on."""
-
-    lattice: Lattice
-    amplitudes: NDArray[np.complex64]
-    fitted: NDArray[np.complex64]
-    turns: int
 
 
 @dataclass

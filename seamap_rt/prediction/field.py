@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..io.text import TableMixin
-from .ensemble import Member
 from .knowledge import Knowledge, ModelError, height_of
 from .phasors import phasors
 from .quantity import AT_REST, Course, Quantity, power, quantities
@@ -29,6 +28,17 @@ _PASSES = 2  # from a place to the water that is there: the second changes it by
 
 Points = tuple[Field, Field, Field]  # x, y [m], time [s]
 Envelope = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Member:
+    """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, and of what was fitted, by place from the
+    antennas and time from the forecast's issue; turns: that it rests on."""
+
+    lattice: Lattice
+    amplitudes: NDArray[np.complex64]
+    fitted: NDArray[np.complex64]
+    turns: int
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .assimilation import Batch, Unknowns, solve, weights
-from .ensemble import Member
-from .field import WaveField
+from .field import Member, WaveField
 from .knowledge import Knowledge, ModelError
 from .observations import Observations
 from .spectrum import Field, Lattice, Spectrum, lattices
