@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from .errors import InputError, must_be
 from .metrics import error_figures
 from .prediction import WaveField
+from .report.advice_figure import advice_polar
 from .report.curves import error_against_range
 from .report.forecast_figures import BoatForecast, next_seconds
 from .report.retrieved_page import draw_heights, map_of_turn
@@ -66,6 +67,18 @@ def forecast(coming: xr.Dataset, place: int = 0, issue: int = -1) -> Figure:
     )
     longest = float(one["maximum_prediction_time"]) if "maximum_prediction_time" in one else None
     return next_seconds(BoatForecast(int(one["issue"]), lead, height, std, chance, "", None, np.nan, np.nan, longest))
+
+
+def advice(advised: xr.Dataset) -> Figure:
+    """Roll that is expected by heading and speed, north up, the best course and the present one.
+
+    advised: as from `advise`. Raises InputError unless its headings go evenly all round and two speeds or more rise.
+    """
+    must_be("advised", advised, xr.Dataset, "a Dataset, as advise gives")
+    heading, speed = advised["heading"].values, advised["speed"].values
+    if speed.size < 2 or (np.diff(speed) <= 0.0).any() or not np.allclose(np.diff(heading), 360.0 / heading.size):
+        raise InputError("advised: must be of headings evenly all round and of two rising speeds; ask for such advice")
+    return advice_polar(advised)
 
 
 def _refuse_place(name: str, at: int, held: int) -> None:

@@ -32,7 +32,12 @@ FIGURES: dict[str, tuple[Callable[[dict[str, Any]], Figure], list[str]]] = {
     ),
     "wave_field": (lambda made: sr.figures.wave_field(made["field"]), ["Height (m)", "Standard error (m)"]),
     "forecast": (lambda made: sr.figures.forecast(made["coming"]), ["Time from now (s)", "Height at the boat (m)"]),
+    "advice": (lambda made: sr.figures.advice(advised(made, [0.0, 3.0])), ["Roll, rms (°)"]),
 }
+
+
+def advised(made: dict[str, Any], speeds: list[float]) -> Any:
+    return sr.advise(made["field"], sr.prediction.Follower(), range(0, 360, 90), speeds, 10.0, draws=20)
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -66,6 +71,7 @@ def test_a_wave_field_is_drawn_as_it_says_of_itself(made: dict[str, Any]) -> Non
         (lambda made: sr.figures.wave_field(made["field"], spacing_m=0.0), r"spacing_m = 0: must be"),
         (lambda made: sr.figures.forecast(made["coming"], place=1), r"place = 1: must be"),
         (lambda made: sr.figures.forecast(cast(Any, None)), r"coming: is None, must be a Dataset"),
+        (lambda made: sr.figures.advice(advised(made, [3.0])), r"advised: must be of headings .* two rising speeds"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(draw: Callable[[dict[str, Any]], Figure], line: str, made: Any) -> None:

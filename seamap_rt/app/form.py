@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from ..report.keys import matters, read_value, shown_value, switches
+from ..report.keys import is_switch, matters, read_value, shown_value
 from .draft import Draft, Field, Part, list_sections, parts_of
 from .uploads import kind_of_field, upload_button
 
@@ -175,7 +175,7 @@ class Form:
             self.draft.kind(field.key.rsplit(".", 1)[0], "spectrum", str(value))
         else:
             self.draft.set(field.key, value)
-        if leaf == "spectrum" or field.key in switches() or leaf in switches():
+        if is_switch(field.key):
             self.rebuild()
         else:
             self.refresh(field.key)

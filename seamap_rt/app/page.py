@@ -10,6 +10,7 @@ import asyncio
 import math
 from collections.abc import Callable, Coroutine, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from itertools import count
 from pathlib import Path
@@ -28,6 +29,7 @@ from .jobs import Queue
 if TYPE_CHECKING:
     from ..scene import Scene
     from .draft import Draft
+    from .verification import Verifications
 
 _MOST_TABS = 50
 
@@ -53,6 +55,12 @@ class ServerState:
         self.roots = Roots(runs.resolve(), (next(iter(list_shipped().values())).parent,))
         self.queue = Queue(self.roots.runs)
         self._tabs: dict[str, Tab] = {}
+
+    @cached_property
+    def verifications(self) -> Verifications:
+        from .verification import Verifications  # a page without forecasts does without
+
+        return Verifications()
 
     def awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""

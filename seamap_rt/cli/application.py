@@ -15,8 +15,9 @@ from ..compute.machine import A_TABLE
 from ..errors import InputError, NoBackendError, ResourceError, SchemaError, one_line, shortage
 from ..io.process import filter_asyncio_log
 from ..io.text import shown
-from . import INTERRUPTED, Stops, beginning, retrieving, simulating, studying  # noqa: F401  commands join the application
+from . import beginning, retrieving, simulating, studying  # noqa: F401  commands join the application
 from .shell import app, command, console
+from .stops import INTERRUPTED, Stops
 
 BAD_INPUT, NO_BACKEND, NO_RESOURCE = 2, 3, 4
 _LEFT = "what is complete, if anything, stays readable"

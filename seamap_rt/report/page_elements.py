@@ -14,7 +14,6 @@ from ..conventions import written
 from . import reduce
 
 if TYPE_CHECKING:
-    import jinja2
     from matplotlib.figure import Figure
 
 NOTHING = "—"
@@ -74,7 +73,8 @@ def cell(value: Any) -> Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page, its cells already written out. words: no column is of numbers; nothing: if it has no row."""
+    """A table of the page, its cells already written out. words: no column is of numbers; nothing: if it has no row;
+    files: where more stands, beside the page."""
 
     title: str
     head: Sequence[str]
@@ -82,6 +82,7 @@ class Table:
     note: str = ""
     words: bool = False
     nothing: str = "No cells."
+    files: Sequence[str] = ()
 
 
 def columns_table(
@@ -139,26 +140,18 @@ def html_page(
     headline: Sequence[tuple[str, str]] = (),
     words: str = "",
     table: Table | None = None,
-    files: Sequence[str] = (),
 ) -> str:
     """One HTML file that needs no other: what it comes to, figures, and what stands behind them.
 
-    run: what ran; headline: label and value of the main figures; words: how it was made; table: sorted by a click,
-    beside `files` of the page's folder.
+    run: what ran; headline: label and value of the main figures; words: how it was made; table: sorted by a click.
     """
-    heading = table.title if table is not None else "How it was made"
-    return templates().get_template("page.html.j2").render(
-        title=title, verdicts=verdicts, figures=figures, folds=folds, run=run, warnings=warnings, notes=notes,
-        headline=headline, words=words, table=table, files=files, heading=heading,
-    )  # fmt: skip
-
-
-def templates(*packages: str) -> jinja2.Environment:
-    """Those of this package, and before them those of others, by their names."""
     import jinja2  # a sweep that is refused does without
 
-    loaders = [jinja2.PackageLoader(each, ".") for each in (*packages, "seamap_rt.report")]
-    return jinja2.Environment(
-        loader=jinja2.ChoiceLoader(loaders), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
+    templates = jinja2.Environment(
+        loader=jinja2.PackageLoader("seamap_rt.report", "."), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    return templates.get_template("page.html.j2").render(
+        title=title, verdicts=verdicts, figures=figures, folds=folds, run=run, warnings=warnings, notes=notes,
+        headline=headline, words=words, table=table, heading=table.title if table else "How it was made",
     )  # fmt: skip

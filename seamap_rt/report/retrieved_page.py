@@ -36,6 +36,7 @@ def retrieved_page(
         ("Verdict", "What", "Found", "What to do"),
         [[Cell(_VERDICTS[verdict]), *map(Cell, (what, says, remedy))] for what, verdict, says, remedy in findings],
         "Nothing here knows the sea.",
+        files=["maps.nc"],
     )
     described = "\n".join(f"{name} = {value}" for name, value in sorted(radar.items()))
     return html_page(
@@ -48,7 +49,6 @@ def retrieved_page(
         [Fold("The radar as it is described", text=described)],
         notes=[f"{_sentence(line)}." for line in grave] or ["Nothing about the echoes was found to be doubtful."],
         table=table,
-        files=["maps.nc"],
     )
 
 

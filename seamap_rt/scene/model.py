@@ -92,21 +92,21 @@ class Scene(TableMixin, Section):
     sea: SeaSettings = SeaSettings()
     """The water and its waves."""
     scattering: ScatteringSettings = ScatteringSettings()
-    """How the sea returns the radar's power."""
+    """Wind and echo | How the sea returns the radar's power."""
     radar: RadarSettings = RadarSettings()
     """The radar."""
     platform: PlatformSettings = PlatformSettings()
-    """The boat that carries it."""
+    """Boat | The boat that carries it."""
     objects: Annotated[tuple[ObjectSettings, ...], BeforeValidator(as_tuple)] = ()
     """Things in the scene, `[[objects]]`."""
     gauges: Annotated[tuple[GaugeSettings, ...], BeforeValidator(as_tuple)] = ()
-    """Virtual wave gauges, `[[gauges]]`."""
+    """Wave gauges | Virtual wave gauges, `[[gauges]]`."""
     tracing: TracingSettings = TracingSettings()
-    """Light and shadow, and the mesh."""
+    """Shadows and mesh | Light and shadow, and the mesh."""
     retrieval: RetrievalSettings = RetrievalSettings()
     """How echoes become maps."""
     prediction: PredictionSettings = PredictionSettings()
-    """How maps become forecasts."""
+    """Forecast | How maps become forecasts."""
 
     @property
     def detail(self) -> MeshDetail:

@@ -29,5 +29,5 @@ from .sea import (
     WaveSystem,
     check_grid,
 )
-from .section import Meaning, Section, as_tuple, meaning_of
+from .section import Meaning, Section, When, as_tuple, meaning_of
 from .surface import ScatteringSettings, TracingSettings

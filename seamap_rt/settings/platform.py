@@ -12,7 +12,11 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from ..conventions import unit_from_azimuth
 from .radar import Offset
-from .section import Direction, Meaning, Phase, Section, as_tuple, compass
+from .section import Direction, Meaning, Phase, Section, When, as_tuple, compass
+
+_UNRECORDED = When("motion", "fixed sinusoidal wave_following")
+_SINUSOIDAL = When("motion", "sinusoidal")
+_FOLLOWING = When("motion", "wave_following")
 
 Period = Annotated[float, Ge(0.5), Le(300.0)]
 Angle = Annotated[float, Ge(0.0), Le(45.0)]
@@ -81,39 +85,41 @@ class PlatformSettings(Section):
     """`fixed` keeps its attitude; `sinusoidal` rolls, pitches, yaws and heaves by the amplitudes below;
     `wave_following` rides the very waves that the radar sees, as far as length and beam let it; `file` is a recorded
     motion."""
-    speed_m_s: Annotated[float, Ge(0.0), Le(30.0), Meaning("m/s", "through the scene, along the heading")] = 0.0
+    speed_m_s: Annotated[
+        float, Ge(0.0), Le(30.0), Meaning("m/s", "through the scene, along the heading"), _UNRECORDED
+    ] = 0.0
     """Speed along the heading."""
     heading_deg: Annotated[Direction, compass("Heading of the bow")] = 0.0
-    list_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat capsizes")] = 0.0
-    """Roll at rest, starboard down."""
-    trim_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat founders")] = 0.0
-    """Pitch at rest, bow up."""
-    roll_deg: Annotated[Angle, _said("amplitude", "roll", "°")] = 0.0
-    roll_period_s: Annotated[Period, _said("period", "roll", "s")] = 4.0
-    roll_phase_deg: Annotated[Phase, _said("phase", "roll", "°")] = 0.0
-    pitch_deg: Annotated[Angle, _said("amplitude", "pitch", "°")] = 0.0
-    pitch_period_s: Annotated[Period, _said("period", "pitch", "s")] = 5.0
-    pitch_phase_deg: Annotated[Phase, _said("phase", "pitch", "°")] = 0.0
-    yaw_deg: Annotated[Angle, _said("amplitude", "yaw", "°")] = 0.0
-    yaw_period_s: Annotated[Period, _said("period", "yaw", "s")] = 8.0
-    yaw_phase_deg: Annotated[Phase, _said("phase", "yaw", "°")] = 0.0
-    heave_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "an amplitude")] = 0.0
+    list_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat capsizes"), _UNRECORDED] = 0.0
+    """List to starboard | Roll at rest, starboard down."""
+    trim_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat founders"), _UNRECORDED] = 0.0
+    """Trim, bow up | Pitch at rest, bow up."""
+    roll_deg: Annotated[Angle, _said("amplitude", "roll", "°"), _SINUSOIDAL] = 0.0
+    roll_period_s: Annotated[Period, _said("period", "roll", "s"), _SINUSOIDAL] = 4.0
+    roll_phase_deg: Annotated[Phase, _said("phase", "roll", "°"), _SINUSOIDAL] = 0.0
+    pitch_deg: Annotated[Angle, _said("amplitude", "pitch", "°"), _SINUSOIDAL] = 0.0
+    pitch_period_s: Annotated[Period, _said("period", "pitch", "s"), _SINUSOIDAL] = 5.0
+    pitch_phase_deg: Annotated[Phase, _said("phase", "pitch", "°"), _SINUSOIDAL] = 0.0
+    yaw_deg: Annotated[Angle, _said("amplitude", "yaw", "°"), _SINUSOIDAL] = 0.0
+    yaw_period_s: Annotated[Period, _said("period", "yaw", "s"), _SINUSOIDAL] = 8.0
+    yaw_phase_deg: Annotated[Phase, _said("phase", "yaw", "°"), _SINUSOIDAL] = 0.0
+    heave_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "an amplitude"), _SINUSOIDAL] = 0.0
     """Amplitude of heave; 0 unless motion = "sinusoidal"."""
-    heave_period_s: Annotated[Period, _said("period", "heave", "s")] = 5.0
-    heave_phase_deg: Annotated[Phase, _said("phase", "heave", "°")] = 0.0
-    file: Annotated[str | None, Meaning(left_out='no file; needed with motion = "file"')] = None
+    heave_period_s: Annotated[Period, _said("period", "heave", "s"), _SINUSOIDAL] = 5.0
+    heave_phase_deg: Annotated[Phase, _said("phase", "heave", "°"), _SINUSOIDAL] = 0.0
+    file: Annotated[str | None, Meaning(left_out='no file; needed with motion = "file"'), When("motion", "file")] = None
     """Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, `heave_m`, `x_m`,
     `y_m`; a relative one counts from the scene file's folder."""
-    length_m: Annotated[float, Gt(0.1), Le(300.0), Meaning("m", "of the boat's waterline")] = 7.0
+    length_m: Annotated[float, Gt(0.1), Le(300.0), Meaning("m", "of the boat's waterline"), _FOLLOWING] = 7.0
     """Length of the boat, where it follows the waves."""
-    beam_m: Annotated[float, Gt(0.1), Le(60.0), Meaning("m", "of the boat's waterline")] = 2.5
+    beam_m: Annotated[float, Gt(0.1), Le(60.0), Meaning("m", "of the boat's waterline"), _FOLLOWING] = 2.5
     """Beam of the boat, where it follows the waves."""
     lever_arm_m: Annotated[
         Offset | None, Meaning("m", left_out="that point lies at the waterline straight below the antennas")
     ] = None
     """Vector from the point about which the boat turns to the middle of the antennas: starboard, forward, up."""
     sensors: SensorSettings = SensorSettings()
-    """The motion sensors, `[platform.sensors]`."""
+    """Motion sensors | The motion sensors, `[platform.sensors]`."""
 
     @model_validator(mode="after")
     def _check_motion_keys(self) -> Self:
@@ -157,7 +163,7 @@ class ObjectSettings(Section):
         Le(80.0),
         Meaning("dBsm", "in sight as a whole", left_out="it hides and echoes nothing"),
     ] = None
-    """Radar cross-section, mean over its speckle while it is wholly in sight, over 1 m²."""
+    """Radar cross-section | Radar cross-section, mean over its speckle while it is wholly in sight, over 1 m²."""
     fixed_to: Literal["world", "boat"] = "world"
     """To what it is fixed; with the `boat` it turns."""
 

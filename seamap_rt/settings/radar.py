@@ -11,9 +11,15 @@ from pydantic import AfterValidator, BeforeValidator, GetJsonSchemaHandler, mode
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from .section import Meaning, Section, as_tuple
+from .section import Meaning, Section, When, as_tuple
 
 WIDEST_DEG = 25.0  # azimuth beam: three beams to either side must look ahead
+_COMPUTED = When("pattern", "slotted_waveguide gaussian isotropic")
+_SLOTTED = When("pattern", "slotted_waveguide")
+_DIGITAL = When("chain", "digital")
+_VIDEO = When("chain", "video")
+_CONVERTED = When("chain", "digital video")
+_CHIRP = When("waveform", "chirp")
 
 
 class AntennaSettings(Section):
@@ -25,15 +31,21 @@ class AntennaSettings(Section):
 
     pattern: Literal["slotted_waveguide", "gaussian", "isotropic", "file"] = "slotted_waveguide"
     """Shape of the beam; `file` is a measured pattern. The gain follows from the pattern itself."""
-    file: Annotated[str | None, Meaning(left_out='no file; needed with pattern = "file"')] = None
+    file: Annotated[str | None, Meaning(left_out='no file; needed with pattern = "file"'), When("pattern", "file")] = (
+        None
+    )
     """Path of a measured pattern, CSV (`cut,angle_deg,gain_db`; cut azimuth or elevation) or MSI/Planet, whose vertical
     angles count downwards; a relative one counts from the scene file's folder."""
     azimuth_beamwidth_deg: Annotated[
-        float, Gt(0.05), Le(WIDEST_DEG), Meaning("°", "one-way, −3 dB; three beams to either side must look ahead")
+        float,
+        Gt(0.05),
+        Le(WIDEST_DEG),
+        Meaning("°", "one-way, −3 dB; three beams to either side must look ahead"),
+        _COMPUTED,
     ] = 1.8
-    """Beam width in azimuth, one-way at −3 dB."""
-    elevation_beamwidth_deg: Annotated[float, Gt(0.5), Le(120.0), Meaning("°", "one-way, −3 dB")] = 18.0
-    """Beam width in elevation, one-way at −3 dB."""
+    """Beam width, azimuth | Beam width in azimuth, one-way at −3 dB."""
+    elevation_beamwidth_deg: Annotated[float, Gt(0.5), Le(120.0), Meaning("°", "one-way, −3 dB"), _COMPUTED] = 18.0
+    """Beam width, elevation | Beam width in elevation, one-way at −3 dB."""
     width_m: Annotated[float, Gt(0.0), Le(20.0), Meaning("m", "aperture width")] = 1.0
     """Width of the aperture."""
     height_m: Annotated[float, Gt(0.0), Le(5.0), Meaning("m", "aperture height")] = 0.1
@@ -46,15 +58,22 @@ class AntennaSettings(Section):
         Le(60.0),
         Meaning("dBi", "overrides directivity − ohmic loss", left_out="directivity of the pattern less ohmic_loss_db"),
     ] = None
-    """Gain of the antenna."""
-    feed: Literal["centre", "end"] = "centre"
+    """Antenna gain | Gain of the antenna."""
+    feed: Annotated[Literal["centre", "end"], _SLOTTED] = "centre"
     """Where the waveguide is fed; from its `end`, the beam squints off its design frequency."""
     design_frequency_hz: Annotated[
-        float | None, Ge(1e9), Le(1e11), Meaning("Hz", "of an end-fed guide", left_out="radar.frequency_hz")
+        float | None,
+        Ge(1e9),
+        Le(1e11),
+        Meaning("Hz", "of an end-fed guide", left_out="radar.frequency_hz"),
+        _SLOTTED,
+        When("feed", "end"),
     ] = None
-    """Frequency at which an end-fed waveguide looks square to its aperture."""
-    guide_width_m: Annotated[float, Gt(1e-3), Le(0.2), Meaning("m", "inner width of the waveguide; WR-90")] = 0.02286
-    """Inner width of the waveguide."""
+    """[GHz] | Frequency at which an end-fed waveguide looks square to its aperture."""
+    guide_width_m: Annotated[
+        float, Gt(1e-3), Le(0.2), Meaning("m", "inner width of the waveguide; WR-90"), _SLOTTED, When("feed", "end")
+    ] = 0.02286
+    """[mm] | Inner width of the waveguide."""
 
     @model_validator(mode="after")
     def _check_pattern_file(self) -> Self:
@@ -85,7 +104,7 @@ class PlacedAntenna(AntennaSettings):
     bandwidth_hz: Annotated[
         float | None, Ge(1e6), Le(1e11), Meaning("Hz", "of the antenna itself", left_out="no limit")
     ] = None
-    """Bandwidth of the antenna itself."""
+    """Bandwidth [MHz] | Bandwidth of the antenna itself."""
     channel_gain_db: Annotated[float, Ge(-20.0), Le(20.0), Meaning("dB", "of its receiver over the others'")] = 0.0
     """Gain of its receiver over the others', unknown to the retrieval."""
     channel_phase_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "of its receiver over the others'")] = 0.0
@@ -110,33 +129,49 @@ class ReceiverSettings(Section):
     """`baseband`: ideal complex gates; `digital`: the intermediate frequency undersampled, quantised and saturating,
     mixed down, filtered and decimated; `video`: baseband up to the detector of an ordinary marine radar, whose picture
     of each turn is written beside the echoes, `polar_images/*.pol`."""
-    knee_db: Annotated[float, Ge(-60.0), Le(120.0), Meaning("dB", "over the noise, of a lin-log detector")] = 0.0
+    knee_db: Annotated[float, Ge(-60.0), Le(120.0), Meaning("dB", "over the noise, of a lin-log detector"), _VIDEO] = (
+        0.0
+    )
     """Knee of the video's detector: below it is linear in voltage, above it a logarithm. Assumed: at the noise."""
     video_bandwidth_hz: Annotated[
-        float | None, Ge(1e5), Le(1e9), Meaning("Hz", "at −3 dB, behind the detector", left_out="no filter")
+        float | None, Ge(1e5), Le(1e9), Meaning("Hz", "at −3 dB, behind the detector", left_out="no filter"), _VIDEO
     ] = None
     """Bandwidth of the video behind the detector."""
-    video_pulses: Annotated[int, Ge(1), Le(1000), Meaning("1", "pulses to a radial of the picture")] = 1
+    video_pulses: Annotated[int, Ge(1), Le(1000), Meaning("1", "pulses to a radial of the picture"), _VIDEO] = 1
     """Pulses whose video is averaged to a radial of the picture."""
-    if_hz: Annotated[float, Gt(0.0), Le(1e10), Meaning("Hz", "intermediate frequency")] = 160e6
-    """Intermediate frequency."""
-    adc_rate_hz: Annotated[float, Ge(1e6), Le(1e10), Meaning("Hz", "samples per second")] = 200e6
-    """Sampling rate of the analogue-to-digital converter."""
-    adc_bits: Annotated[int, Ge(1), Le(24), Meaning("1", "a converter has bits; beyond 24 it would be none")] = 12
-    """Bits of the converter; the picture's words hold 12."""
-    full_scale_dbm: Annotated[float, Ge(-120.0), Le(30.0), Meaning("dBm", "of a sine at the antenna's port")] = -30.0
-    """Full scale of the converter, as the power of a sine at the antenna's port."""
-    gain: Literal["fixed", "agc"] = "fixed"
+    if_hz: Annotated[float, Gt(0.0), Le(1e10), Meaning("Hz", "intermediate frequency"), _DIGITAL] = 160e6
+    """Intermediate frequency [MHz] | Intermediate frequency."""
+    adc_rate_hz: Annotated[float, Ge(1e6), Le(1e10), Meaning("Hz", "samples per second"), _DIGITAL] = 200e6
+    """Converter rate [MHz] | Sampling rate of the analogue-to-digital converter."""
+    adc_bits: Annotated[
+        int, Ge(1), Le(24), Meaning("1", "a converter has bits; beyond 24 it would be none"), _CONVERTED
+    ] = 12
+    """Converter bits | Bits of the converter; the picture's words hold 12."""
+    full_scale_dbm: Annotated[
+        float, Ge(-120.0), Le(30.0), Meaning("dBm", "of a sine at the antenna's port"), _CONVERTED
+    ] = -30.0
+    """Converter full scale | Full scale of the converter, as the power of a sine at the antenna's port."""
+    gain: Annotated[Literal["fixed", "agc"], _DIGITAL] = "fixed"
     """`agc`: automatic gain, which sets the full scale from the echoes of the dwell before."""
-    agc_headroom_db: Annotated[float, Ge(0.0), Le(60.0), Meaning("dB", "of the full scale over the strongest echo")] = (
-        6.0
+    agc_headroom_db: Annotated[
+        float,
+        Ge(0.0),
+        Le(60.0),
+        Meaning("dB", "of the full scale over the strongest echo"),
+        _DIGITAL,
+        When("gain", "agc"),
+    ] = 6.0
+    """Automatic gain headroom | Headroom that automatic gain keeps between the strongest echo and full scale."""
+    stc_exponent: Annotated[float, Ge(0.0), Le(8.0), Meaning("1", "0 is none; clutter falls as 3 to 7"), _CONVERTED] = (
+        0.0
     )
-    """Headroom that automatic gain keeps between the strongest echo and full scale."""
-    stc_exponent: Annotated[float, Ge(0.0), Le(8.0), Meaning("1", "0 is none; clutter falls as 3 to 7")] = 0.0
-    """Sensitivity-time control: what comes from nearer than stc_range_m is weakened by (range/stc_range_m) to this, in
-    power: before the detector of a picture; a digital chain gives it back after the converter."""
-    stc_range_m: Annotated[float, Ge(1e-3), Le(20_000.0), Meaning("m", "from which on nothing is weakened")] = 100.0
-    """Range at which the sensitivity-time control ends."""
+    """Sensitivity-time exponent | Sensitivity-time control: what comes from nearer than stc_range_m is weakened by
+    (range/stc_range_m) to this, in power: before the detector of a picture; a digital chain gives it back after the
+    converter."""
+    stc_range_m: Annotated[
+        float, Ge(1e-3), Le(20_000.0), Meaning("m", "from which on nothing is weakened"), _CONVERTED
+    ] = 100.0
+    """Sensitivity-time range | Range at which the sensitivity-time control ends."""
 
 
 FARTHEST_M = 20_000.0
@@ -166,22 +201,22 @@ class RadarSettings(Section):
     """
 
     frequency_hz: Annotated[float, Ge(3e9), Le(35e9), Meaning("Hz", "range of the scattering models")] = 10e9
-    """Carrier frequency."""
+    """Frequency [GHz] | Carrier frequency."""
     waveform: Literal["pulse", "chirp"] = "pulse"
     """`pulse`: rectangular, through a Gaussian filter; `chirp`: linear FM that sweeps chirp_bandwidth_hz, matched
     filter and compression_window, its near range eclipsed sample by sample."""
     pulse_width_s: Annotated[float, Ge(1e-9), Le(1e-4), Meaning("s", "as long as the transmitter is on")] = 20e-9
-    """Length of the transmitted pulse."""
-    chirp_bandwidth_hz: Annotated[float, Ge(1e5), Le(1e9), Meaning("Hz", "swept by a chirp")] = 50e6
-    """Bandwidth that a chirp sweeps."""
-    compression_window: Literal["none", "hann", "hamming", "taylor"] = "hamming"
+    """[ns] | Length of the transmitted pulse."""
+    chirp_bandwidth_hz: Annotated[float, Ge(1e5), Le(1e9), Meaning("Hz", "swept by a chirp"), _CHIRP] = 50e6
+    """[MHz] | Bandwidth that a chirp sweeps."""
+    compression_window: Annotated[Literal["none", "hann", "hamming", "taylor"], _CHIRP] = "hamming"
     """Window of a chirp's compression: lower range sidelobes for a wider pulse."""
     bandwidth_hz: Annotated[float, Ge(1e5), Le(1e9), Meaning("Hz", "noise bandwidth of the receiver")] = 50e6
-    """Noise bandwidth of the receiver."""
+    """Bandwidth [MHz] | Noise bandwidth of the receiver."""
     prf_hz: Annotated[float, Ge(10.0), Le(1e5), Meaning("Hz", "pulses per second")] = 10e3
-    """Pulse repetition frequency."""
+    """Pulse repetition [kHz] | Pulse repetition frequency."""
     transmit_power_w: Annotated[float, Ge(1e-9), Le(1e6), Meaning("W", "peak power")] = 1.0
-    """Peak transmit power."""
+    """Transmit power | Peak transmit power."""
     transmitter: Literal["coherent", "magnetron"] = "coherent"
     """`coherent`: all pulses start with one phase; `magnetron`: each starts with a random one, and its carrier strays
     by frequency_jitter_hz. Phases from pulse to pulse, and velocities with them, then mean something only with
@@ -197,20 +232,23 @@ class RadarSettings(Section):
     noise_figure_db: Annotated[float, Ge(0.0), Le(40.0), Meaning("dB", "a receiver adds noise")] = 3.0
     """Noise figure of the receiver."""
     losses_db: Annotated[float, Ge(0.0), Le(60.0), Meaning("dB", "a loss is not negative")] = 2.0
-    """System losses, there and back."""
+    """System losses | System losses, there and back."""
     noise: bool = True
-    """Whether the receivers add noise."""
+    """Receiver noise | Whether the receivers add noise."""
     scan: Literal["turning", "staring"] = "turning"
     """`turning`: the antenna rotates; `staring`: it stands still at the middle of the sector."""
-    rotation_rpm: Annotated[float, Ge(1.0), Le(120.0), Meaning("1/min", "the antenna turns")] = 60.0
+    rotation_rpm: Annotated[
+        float, Ge(1.0), Le(120.0), Meaning("1/min", "the antenna turns"), When("scan", "turning")
+    ] = 60.0
     """Rotation of the antenna."""
     stare_s: Annotated[
         float,
         Ge(1e-3),
         Le(0.1),
         Meaning("s", "how long a map of a staring antenna lasts; the sea is the same all along"),
+        When("scan", "staring"),
     ] = 0.05
-    """Duration of a map of a staring antenna."""
+    """[ms] | Duration of a map of a staring antenna."""
     sector_deg: Annotated[
         tuple[float, float],
         BeforeValidator(as_tuple),
@@ -224,17 +262,17 @@ class RadarSettings(Section):
         AfterValidator(_range_window),
         Meaning("m", "0 < near < far", items=({"exclusiveMinimum": 0.0, "maximum": FARTHEST_M},) * 2),
     ] = (15.0, 400.0)
-    """Range window, [near, far], along the line of sight."""
+    """Range window | Range window, [near, far], along the line of sight."""
     range_sampling_m: Annotated[float, Ge(0.05), Le(100.0), Meaning("m", "spacing of the range gates")] = 1.5
-    """Spacing of the range gates."""
+    """Gate spacing | Spacing of the range gates."""
     height_m: Annotated[float, Gt(0.0), Le(1000.0), Meaning("m", "mean height of the phase centres over the sea")] = 5.0
-    """Mean height of the phase centres over mean sea level."""
+    """Antenna height (above the sea) | Mean height of the phase centres over mean sea level."""
     baseline_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "distance between the phase centres")] = 0.2
-    """Baseline: distance between the phase centres of two stacked antennas."""
+    """Baseline (between the antennas) | Baseline: distance between the phase centres of two stacked antennas."""
     tilt_deg: Annotated[float, Ge(-60.0), Le(60.0), Meaning("°", "beyond it the antennas lie on their backs")] = 0.0
     """Tilt of the antennas, top towards the look."""
     transmit: Literal["single", "switched"] = "switched"
-    """`single`: one antenna alone transmits, of two stacked ones the lower; `switched`: each in turn."""
+    """Transmitters | `single`: one antenna alone transmits, of two stacked ones the lower; `switched`: each in turn."""
     interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
     """`single_pulse`: all receivers hear each pulse; `alternating_pulse`: one receiver, which hears one antenna a pulse
     (switched: each antenna itself, whose phase is twice as steep)."""
@@ -245,10 +283,10 @@ class RadarSettings(Section):
     channel_phase_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "upper receiver over the lower")] = 0.0
     """Phase of the upper antenna's receiver over the lower's, unknown to the retrieval."""
     antenna: AntennaSettings = AntennaSettings()
-    """Pattern of the antennas, `[radar.antenna]`."""
+    """Antenna pattern | Pattern of the antennas, `[radar.antenna]`."""
     antennas: Annotated[tuple[PlacedAntenna, ...], BeforeValidator(as_tuple)] = ()
-    """Any number of antennas, `[[radar.antennas]]`, each with its offset and channel; with none there are two, one
-    above the other, baseline_m apart."""
+    """Placed antennas | Any number of antennas, `[[radar.antennas]]`, each with its offset and channel; with none there
+    are two, one above the other, baseline_m apart."""
     receiver: ReceiverSettings = ReceiverSettings()
     """The receiver, `[radar.receiver]`."""
 

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator, Discriminator, model_validator
 
-from .section import Direction, Meaning, Phase, Section, as_tuple, compass
+from .section import Direction, Meaning, Phase, Section, When, as_tuple, compass
 
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
 HIGHEST_SEA_M = 30.0  # significant wave height
@@ -17,12 +17,14 @@ PERIODS_S = (0.3, 40.0)  # of a peak: wind waves and swell
 WindSpeed = Annotated[float, Ge(0.01), Le(60.0)]
 Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
-_FROM = compass("Direction from which the waves come")
+_FROM = compass("Waves come from | Direction from which the waves come")
 _SPREADING = Meaning(
     text="How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, "
     "`hasselmann`, `donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
 )
-_WIND = Meaning("m/s", "10 m above the sea", text="Wind speed 10 m above the sea, which raises this system.")
+_WIND = Meaning(
+    "m/s", "10 m above the sea", text="Wind speed | Wind speed 10 m above the sea, which raises this system."
+)
 
 
 class FlatWaves(Section):
@@ -67,8 +69,10 @@ class SpreadWaves(RandomWaves):
 
     wave_from_deg: Annotated[Direction, _FROM] = 270.0
     spreading: Annotated[Spreading, _SPREADING] = "cos2s"
-    spreading_exponent: Annotated[float, Gt(0.0), Le(500.0), Meaning("1", "the s of cos^2s(θ/2)")] = 10.0
-    """Exponent s of `spreading = "cos2s"`; larger is narrower."""
+    spreading_exponent: Annotated[
+        float, Gt(0.0), Le(500.0), Meaning("1", "the s of cos^2s(θ/2)"), When("spreading", "cos2s")
+    ] = 10.0
+    """Spreading exponent s | Exponent s of `spreading = "cos2s"`; larger is narrower."""
     inverse_wave_age: Annotated[
         float | None,
         Ge(0.1),
@@ -78,6 +82,7 @@ class SpreadWaves(RandomWaves):
             "U10 over the peak's phase speed; 0.84 is fully developed",
             left_out="follows from the wind where the system is given by a wind, else 0.84, a fully developed sea",
         ),
+        When("spreading spectrum", "mitsuyasu hasselmann elfouhaily"),
     ] = None
     """U10 over the phase speed of the spectrum's peak; `mitsuyasu`, `hasselmann` and `elfouhaily` depend on it."""
 
@@ -88,18 +93,19 @@ class SpectralWaves(SpreadWaves):
     significant_wave_height_m: Annotated[
         float | None, Ge(0.0), Le(HIGHEST_SEA_M), Meaning("m", "0 is flat; no sea above 30 m", left_out="by the wind")
     ] = None
-    """Significant wave height Hs = 4σ; together with `peak_period_s`."""
+    """Significant wave height (Hs) | Significant wave height Hs = 4σ; together with `peak_period_s`."""
     peak_period_s: Annotated[
         float | None,
         Ge(PERIODS_S[0]),
         Le(PERIODS_S[1]),
         Meaning("s", "wind waves and swell lie between 0.3 and 40 s", left_out="by the wind"),
     ] = None
-    """Period Tp of the spectrum's peak, as one meets it who drifts with the current."""
+    """Peak period (Tp) | Period Tp of the spectrum's peak, as one meets it who drifts with the current."""
     wind_speed_m_s: Annotated[
         WindSpeed | None, Meaning("m/s", "10 m above the sea", left_out="by height and period")
     ] = None
-    """Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with `fetch_m`)."""
+    """Wind speed | Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with
+    `fetch_m`)."""
 
     @model_validator(mode="after")
     def _check_size(self) -> Self:
@@ -124,11 +130,11 @@ class GrowingWaves(SpectralWaves):
     """A sea with an enhanced peak, by wind and fetch or scaled to Hs, Tp and γ."""
 
     peak_enhancement: Annotated[float, Ge(1.0), Le(20.0), Meaning("1", "γ of the JONSWAP spectrum")] = 3.3
-    """Peak enhancement γ."""
+    """Peak enhancement γ | Peak enhancement γ."""
     fetch_m: Annotated[
         Fetch | None, Meaning("m", "distance to the windward shore", left_out="by height and period")
     ] = None
-    """Distance over which the wind has blown; together with `wind_speed_m_s`."""
+    """[km] | Distance over which the wind has blown; together with `wind_speed_m_s`."""
 
     @model_validator(mode="after")
     def _check_fetch(self) -> Self:
@@ -160,7 +166,7 @@ class ElfouhailyWaves(SpreadWaves):
     fetch_m: Annotated[
         Fetch | None, Meaning("m", "distance to the windward shore", left_out="by `inverse_wave_age`")
     ] = None
-    """Distance over which the wind has blown; in place of `inverse_wave_age`."""
+    """[km] | Distance over which the wind has blown; in place of `inverse_wave_age`."""
     spreading: Annotated[Spreading, _SPREADING] = "elfouhaily"
     inverse_wave_age: Annotated[
         float | None,
@@ -204,9 +210,9 @@ class FileWaves(RandomWaves):
         "json",
         "recorded",
     ] = "auto"
-    """Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter; TRIAXYS;
-    Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the spectrum of a recorded sea
-    (`sea.file`)."""
+    """Format | Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter;
+    TRIAXYS; Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the spectrum of a
+    recorded sea (`sea.file`)."""
     time: Annotated[str | None, Meaning(left_out="the first")] = None
     """Time as ISO text, such as `2020-01-01T06:00`; the nearest in the file is taken."""
     site: Annotated[int, Ge(0), Meaning("1", "stations are numbered from 0")] = 0
@@ -231,6 +237,7 @@ WaveSystem = Annotated[
 ]
 
 
+_RECORDED = When("model", "recorded")
 DEFAULT_RESOLUTION_M = 0.8
 MOST_POINTS_A_SIDE = 4096
 
@@ -246,11 +253,11 @@ class SeaSettings(Section):
     model: Literal["linear", "choppy", "recorded"] = "linear"
     """`linear` waves, or `choppy`: first-order Lagrangian waves, whose crests are sharper; a scene of which more than 2
     % of the water folds over at time 0 is refused. `recorded`: the surface of `file`."""
-    file: str = ""
+    file: Annotated[str, _RECORDED] = ""
     """Of a recorded sea: NetCDF or Zarr of the elevation over time, y and x (metres east and north of the antenna),
     HOS-ocean's `3d.dat`, a stereo camera's grids. Side, spacing, depth and spectrum are the file's where they are left
     out."""
-    beyond: Literal["refused", "level", "mirrored"] = "refused"
+    beyond: Annotated[Literal["refused", "level", "mirrored"], _RECORDED] = "refused"
     """Beyond a recorded patch that ends within the range circle: `refused`, or the sea goes on `level`, or `mirrored`
     at the patch's edges. Nothing there is judged: no metric, gauge or forecast takes a cell of it."""
     start_s: Annotated[
@@ -262,10 +269,11 @@ class SeaSettings(Section):
             "times of a record; it must hold the run",
             left_out="as early as the record allows: what is interpolated and heard before time 0 takes its beginning",
         ),
+        _RECORDED,
     ] = None
     """Time of a recorded sea's file, of dates from its first, that is the scene's time 0."""
     depth_m: Annotated[float, Ge(0.05), Meaning("m", "water has a depth; inf is deep", infinite=True)] = math.inf
-    """Depth of the water; inf is deep."""
+    """Water depth | Depth of the water; inf is deep."""
     resolution_m: Annotated[
         float | None,
         Gt(0.0),
@@ -274,21 +282,24 @@ class SeaSettings(Section):
             "m", "spacing of the resolved waves' grid", left_out=f"{DEFAULT_RESOLUTION_M}, or by `energy_fraction`"
         ),
     ] = None
-    """Spacing of the grid of resolved waves: the shortest wave on the surface is twice as long."""
+    """Spacing of the resolved waves | Spacing of the grid of resolved waves: the shortest wave on the surface is twice
+    as long."""
     energy_fraction: Annotated[
         float | None,
         Gt(0.0),
         Lt(1.0),
         Meaning("1", "share of the waves' variance that is resolved", left_out="by `resolution_m`"),
     ] = None
-    """Share of the waves' variance that is to be on the surface: asks for the resolution that keeps it, in place of
-    `resolution_m`."""
+    """Share of the waves resolved | Share of the waves' variance that is to be on the surface: asks for the resolution
+    that keeps it, in place of `resolution_m`."""
     extent_m: Annotated[float, Ge(10.0), Le(20_000.0), Meaning("m", "side of the periodic patch")] = 1024.0
-    """Side of the periodic patch of sea; it must hold the range circle, unless the waves do not repeat (`sinusoid`,
-    `flat`, `long_crested`)."""
+    """Side of the patch of sea | Side of the periodic patch of sea; it must hold the range circle, unless the waves do
+    not repeat (`sinusoid`, `flat`, `long_crested`)."""
     current_m_s: Annotated[float, Ge(0.0), Le(10.0), Meaning("m/s", "a uniform current")] = 0.0
     """Speed of a uniform current, which carries the waves."""
-    current_toward_deg: Annotated[Direction, compass("Direction to which the current flows")] = 0.0
+    current_toward_deg: Annotated[
+        Direction, compass("Current flows towards | Direction to which the current flows")
+    ] = 0.0
     waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(as_tuple)] = ()
     """Wave systems, `[[sea.waves]]`: wind sea and swells, each with its own spectrum."""
 

@@ -4,7 +4,10 @@ A key is one declaration: its type, its limits (`annotated_types`, which pydanti
 schema), its `Meaning` (unit, and the reason of its limits), its default, and below it what it is:
 
     width_m: Annotated[float, Gt(0.0), Le(20.0), Meaning("m", "aperture width")] = 1.0
-    # and a docstring: Width of the aperture.
+    # and a docstring: Aperture [cm] | Width of the aperture.
+
+Before the bar stands what people call the key, and the unit that they use, where these do not follow from its name and
+its unit; what is in (round brackets) is left out where the label stands alone.
 
 The form, the manual, `seamap-rt keys`, refusals and units are made of these.
 """
@@ -14,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, NamedTuple, get_args
 
 from annotated_types import Ge, Le
 from pydantic import (
@@ -41,6 +44,14 @@ _WORDS = {
 }
 
 
+class When(NamedTuple):
+    """What must hold for a run to heed a key: that `key`, of its section or dotted of the scene, is one of the `values`
+    between blanks; of several keys between blanks one is enough."""
+
+    key: str
+    values: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Meaning:
     """What a key's type and limits do not say.
@@ -51,6 +62,7 @@ class Meaning:
     infinite: whether inf is taken, as what numbers above 1e9 stand for. In the schema it is the text "inf".
     items, pattern: what a validator of the key's own checks, of a list's entries and of a text, as JSON Schema puts it.
     text: a sentence or two, of keys that share them; else they stand below the key.
+    label, shown, when: as `meaning_of` finds them.
     """
 
     unit: str | None = None
@@ -60,6 +72,9 @@ class Meaning:
     items: tuple[Mapping[str, float], ...] = ()
     pattern: str = ""
     text: str = ""
+    label: str = ""
+    shown: str = ""
+    when: tuple[When, ...] = ()
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
@@ -105,9 +120,12 @@ class Meaning:
 
 
 def meaning_of(field: FieldInfo) -> Meaning:
-    """Of a key, its sentences with it, on one line."""
+    """Of a key, with what its docstring says: label, shown unit, and its sentences on one line."""
     meaning = next((each for each in field.metadata if isinstance(each, Meaning)), Meaning())
-    return replace(meaning, text=" ".join((meaning.text or field.description or "").split()))
+    named, _, text = " ".join((meaning.text or field.description or "").split()).rpartition(" | ")
+    label, _, shown = named.partition("[")
+    when = tuple(each for each in field.metadata if isinstance(each, When))
+    return replace(meaning, text=text, label=label.strip(), shown=shown.rstrip("]"), when=when)
 
 
 class Section(BaseModel):

@@ -6,35 +6,38 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Le
 
-from .section import Direction, Meaning, Section, compass
+from .section import Direction, Meaning, Section, When, compass
 
 _RANGE = "range of the permittivity model"
+_TWO_SCALE = When("nrcs", "two_scale")
 
 
 class ScatteringSettings(Section):
     """How the sea's surface returns the radar's power, and the wind that roughens it."""
 
     nrcs: Literal["two_scale", "nrl", "git", "tsc", "hybrid", "constant"] = "two_scale"
-    """Model of the radar cross-section σ0: `two_scale` is theory, facet by facet, whose mean is brought to the measured
-    model `calibrated_to`; `nrl`, `git`, `tsc` and `hybrid` are those models' means on every facet that is seen;
-    `constant` is `nrcs_db`."""
-    nrcs_db: Annotated[float, Ge(-120.0), Le(30.0), Meaning("dB", "σ0 of nrcs = 'constant'")] = -40.0
-    """σ0 of every facet with nrcs = "constant"."""
-    calibrated_to: Literal["nrl", "git", "tsc", "hybrid", "none"] = "nrl"
-    """The measured model that sets the mean of `two_scale`: `nrl` that over all directions, and how the echo changes
-    with the wind's direction is theory's; `git`, `tsc` and `hybrid` that too. Beyond its winds theory goes on from the
-    nearest that it holds for. `none` leaves theory alone."""
+    """Echo model | Model of the radar cross-section σ0: `two_scale` is theory, facet by facet, whose mean is brought to
+    the measured model `calibrated_to`; `nrl`, `git`, `tsc` and `hybrid` are those models' means on every facet that is
+    seen; `constant` is `nrcs_db`."""
+    nrcs_db: Annotated[
+        float, Ge(-120.0), Le(30.0), Meaning("dB", "σ0 of nrcs = 'constant'"), When("nrcs", "constant")
+    ] = -40.0
+    """Constant σ0 | σ0 of every facet with nrcs = "constant"."""
+    calibrated_to: Annotated[Literal["nrl", "git", "tsc", "hybrid", "none"], _TWO_SCALE] = "nrl"
+    """Mean echo calibrated to | The measured model that sets the mean of `two_scale`: `nrl` that over all directions,
+    and how the echo changes with the wind's direction is theory's; `git`, `tsc` and `hybrid` that too. Beyond its winds
+    theory goes on from the nearest that it holds for. `none` leaves theory alone."""
     extrapolate: bool = False
     """Whether a measured model's formula runs on beyond the winds and frequencies of its paper."""
-    breaking: bool = True
+    breaking: Annotated[bool, _TWO_SCALE] = True
     """Breakers, which know no polarization and so raise HH."""
-    sea_spikes: bool = False
+    sea_spikes: Annotated[bool, _TWO_SCALE] = False
     """Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each facet,
     with the same mean."""
-    texture: bool = False
+    texture: Annotated[bool, _TWO_SCALE] = False
     """Breakers gather in patches that live for seconds and run before the wind, as wide as the law of Watts & Wicks
     (1990) has it; `false`: only where the resolved waves gather them. The mean is the same."""
-    hydrodynamic_modulation: bool = True
+    hydrodynamic_modulation: Annotated[bool, _TWO_SCALE] = True
     """Short waves are gathered by the strain of the long ones."""
     doppler: Literal["full", "orbital"] = "full"
     """`full`: Bragg waves of both directions and breakers run on the water at their own speeds, and drift before the
@@ -43,12 +46,12 @@ class ScatteringSettings(Section):
     """Speed of the water's skin down-wind over wind_speed_m_s, Stokes' drift and all: 0.03 of the wind at 10 m (Wu
     1975, J. Fluid Mech. 68). A current of the sea comes on top; of swell's own Stokes' drift nothing is known here."""
     polarization: Literal["VV", "HH"] = "VV"
-    """Polarization sent and received."""
+    """Polarization | Polarization sent and received."""
     wind_speed_m_s: Annotated[
         float, Ge(0.5), Le(40.0), Meaning("m/s", "10 m above the sea; drives the short waves")
     ] = 8.0
-    """Wind speed 10 m above the sea; it drives the short waves, which scatter."""
-    wind_from_deg: Annotated[Direction, compass("Direction from which the wind blows")] = 270.0
+    """Wind speed | Wind speed 10 m above the sea; it drives the short waves, which scatter."""
+    wind_from_deg: Annotated[Direction, compass("Wind blows from | Direction from which the wind blows")] = 270.0
     inverse_wave_age: Annotated[
         float, Ge(0.84), Le(5.0), Meaning("1", "0.84 is a fully developed sea, 5 a very young one")
     ] = 0.84
@@ -57,7 +60,7 @@ class ScatteringSettings(Section):
     decorrelation_time_s: Annotated[
         float, Ge(1e-3), Meaning("s", "5 to 33 ms for a 3 m X-band cell in the literature", infinite=True)
     ] = 0.010
-    """τc of the speckle's correlation exp(−(τ/τc)²), beside the scatterers' own motion; inf: by that alone."""
+    """[ms] | τc of the speckle's correlation exp(−(τ/τc)²), beside the scatterers' own motion; inf: by that alone."""
     permittivity: Literal["meissner_wentz12", "meissner_wentz04", "klein_swift77"] = "meissner_wentz12"
     """Model of sea water's permittivity, named by its paper."""
     temperature_c: Annotated[float, Ge(-2.0), Le(34.0), Meaning("°C", _RANGE)] = 20.0
@@ -82,10 +85,10 @@ class TracingSettings(Section):
     """
 
     tracer: Literal["facets", "horizon", "paths"] = "facets"
-    """`facets`: a shadow ray to every facet that faces the antenna, by Sionna RT/Mitsuba, on any triangulated sea;
-    `horizon`: running maximum of the elevation angle along the mesh's own profiles, for a sea that stands once over
-    each place, without a ray tracing backend; `paths`: a line of sight to every facet by Sionna RT's PathSolver, an
-    independent and slower reference."""
+    """Tracer | `facets`: a shadow ray to every facet that faces the antenna, by Sionna RT/Mitsuba, on any triangulated
+    sea; `horizon`: running maximum of the elevation angle along the mesh's own profiles, for a sea that stands once
+    over each place, without a ray tracing backend; `paths`: a line of sight to every facet by Sionna RT's PathSolver,
+    an independent and slower reference."""
     diffraction: Literal["none", "knife_edge"] = "none"
     """`none`: geometric shadows; `knife_edge`: the field over up to two crests, with its phase, at each facet and
     antenna."""
@@ -96,8 +99,8 @@ class TracingSettings(Section):
     bends into shadows of their size, a third to a half in VV. Wave optics lies between `none` and `smith`; cells more
     than half visible change by 0.03 dB."""
     height_error_m: Annotated[float, Ge(1e-4), Le(10.0), Meaning("m", "an error is more than nothing")] = 0.02
-    """What the mesh may cost the maps' heights: rms over cells more than half visible, in the expectation over
-    speckle."""
+    """Height error allowed to the mesh | What the mesh may cost the maps' heights: rms over cells more than half
+    visible, in the expectation over speckle."""
     visible_error: Annotated[
         float | None, Ge(1e-3), Le(1.0), Meaning("1", "a share of a cell", left_out="no target")
     ] = None
@@ -108,7 +111,7 @@ class TracingSettings(Section):
         Le(20.0),
         Meaning("m", "spacing of the mesh along the look", left_out="by the errors allowed"),
     ] = None
-    """Spacing of the mesh along the look."""
+    """Facet length | Spacing of the mesh along the look."""
     columns_per_beam: Annotated[
         int | None,
         Ge(3),

@@ -170,8 +170,7 @@ def shadowing_page(data: xr.Dataset, lines: Sequence[str], shares: bytes, seen: 
         [Image.of("Visible share against range", shares, _SHARES), Image.of("What it is that is seen", seen, _SEEN)],
         [Fold("Words, keys and the scene", notes=[words], text=scene)],
         notes=[_seeds(data, seeds)],
-        table=Table("Half ranges", _HEADS, _rows(data), _NOTE),
-        files=["shadowing.csv", "shadowing.nc"],
+        table=Table("Half ranges", _HEADS, _rows(data), _NOTE, files=["shadowing.csv", "shadowing.nc"]),
     )
 
 

@@ -237,8 +237,7 @@ def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
         images,
         [Fold("Words, keys and the scene", notes=small_print, text=table.attrs.get("scene", ""))],
         notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
-        table=Table("All designs", heads, _rows(table, keys), note),
-        files=["trade.csv", "trade.nc"],
+        table=Table("All designs", heads, _rows(table, keys), note, files=["trade.csv", "trade.nc"]),
     )
 
 

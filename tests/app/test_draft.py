@@ -17,7 +17,7 @@ from seamap_rt.app.folders import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
 from seamap_rt.report import keys
-from seamap_rt.report.keys import HEEDED, matters
+from seamap_rt.report.keys import heeded, matters, words_of
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.scene.keys import key_sections
 
@@ -204,12 +204,20 @@ def test_the_written_tree_reads_back(roots: Roots) -> None:
     assert tomllib.loads(draft.toml()) == draft.tree
 
 
+def test_what_a_keys_declaration_calls_it_stands_in_the_form_and_at_the_axes_of_a_trade(roots: Roots) -> None:
+    fields = [each for part in parts_of(Draft.shipped("choppy_sea", roots).tree) for each in part.fields]
+    baseline = next(field for field in fields if field.key == "radar.baseline_m")
+    assert (baseline.label, words_of(baseline.key).label) == ("Baseline between the antennas", "Baseline (m)")
+    assert next(field.unit for field in fields if field.key == "radar.pulse_width_s") == "ns"
+    assert not any("|" in field.label + field.help for field in fields)
+
+
 def test_keys_that_decide_whether_others_matter_are_choices_of_a_scene(roots: Roots) -> None:
     fields = {field.key: field for part in parts_of(Draft.shipped("choppy_sea", roots).tree) for field in part.fields}
-    for key, rules in HEEDED.items():
-        assert key in fields, key
-        for switch, allowed in rules.items():
-            assert set(allowed.split()) < set(fields[switch].choices), (key, switch)  # some choice leaves it out
+    assert sum(bool(heeded(key)) for key in fields) > 50
+    for key in fields:
+        for switches, allowed in heeded(key):  # some choice leaves it out
+            assert set(allowed) < {choice for switch in switches for choice in fields[switch].choices}, key
 
 
 def test_a_key_that_does_not_matter_changes_no_scene_that_stands(roots: Roots) -> None:

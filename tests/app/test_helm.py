@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.app.waves_view import advice_polar, quiet_words, wave_words
+from seamap_rt.app.waves_view import quiet_words, wave_words
+from seamap_rt.report.advice_figure import advice_polar
 from seamap_rt.report.forecast_figures import BoatForecast
 
 

@@ -17,11 +17,12 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image as Opened
 
-from seamap_rt.app.forecast_view import read_ahead, verify_folder
+from seamap_rt.app.forecast_view import read_ahead
 from seamap_rt.app.page import draw_images
 from seamap_rt.app.panels import by_range, range_pictures, read_shadowing
 from seamap_rt.app.prospects import _graphs, prospects
 from seamap_rt.app.source import Results, Source
+from seamap_rt.app.verification import verify_folder
 from seamap_rt.app.waves_view import read_gauges
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_folders import OFFSET_M, STATED_M, forecasts
 
-from seamap_rt.app.forecast_view import Verification, verify_folder, verify_forecasts
+from seamap_rt.app.verification import Verification, Verifications, verify_folder
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
 from seamap_rt.report.forecast_figures import by_lead, verified_sea
@@ -25,8 +25,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path) -> Verification:
-    return asyncio.run(verify_forecasts(folder))
+def asked() -> Verifications:
+    return Verifications()
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path, asked: Verifications) -> Verification:
+    return asyncio.run(asked.ask(folder))
 
 
 def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Verification) -> None:
@@ -70,16 +75,17 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Veri
     assert found.scores["quiet_share"] == pytest.approx(quiet.mean())
 
 
-def test_what_is_asked_again_is_kept(folder: Path, found: Verification) -> None:
-    assert asyncio.run(verify_forecasts(folder)) is found
+def test_what_is_asked_again_is_kept(folder: Path, found: Verification, asked: Verifications) -> None:
+    assert asyncio.run(asked.ask(folder)) is asked.known(folder) is found
+    assert Verifications().known(folder) is None
 
 
 def test_where_nobody_knows_what_came_a_line_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no finished forecasts"):
-        asyncio.run(verify_forecasts(tmp_path))
+        asyncio.run(Verifications().ask(tmp_path))
     (tmp_path / "prediction.nc").write_bytes(b"\x89HDF")
     with pytest.raises(InputError, match="scene is not known"):
         verify_folder(tmp_path)
     (tmp_path / "scene.toml").write_text("[radar]\nheight_m = 500.0\n")
     with pytest.raises(InputError, match=r"radar\.range_m"):
-        asyncio.run(verify_forecasts(tmp_path))
+        asyncio.run(Verifications().ask(tmp_path))

@@ -19,7 +19,7 @@ import xarray as xr
 from command_line import Answer, assert_refused, ended, settings, start
 from numpy.testing import assert_array_equal
 
-from seamap_rt.cli import Stops
+from seamap_rt.cli.stops import Stops
 from seamap_rt.interferometry import open_echoes, retrieve
 from seamap_rt.io.results_folder import growing, held_folder
 from seamap_rt.simulation import Simulator

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from seamap_rt.cli import Stops
 from seamap_rt.cli.application import NO_RESOURCE, answer
 from seamap_rt.cli.shell import app
+from seamap_rt.cli.stops import Stops
 from seamap_rt.compute import machine
 from seamap_rt.errors import InputError, MachineLimitError, ResourceError, say_of, shortage
 from seamap_rt.io.meshfile import load_mesh

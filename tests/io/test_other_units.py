@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple, get_origin
 
 import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
 from seamap_rt.errors import InputError
+from seamap_rt.io.recording_header import RecordingHeader
 from seamap_rt.io.text import number_text, shown
 from seamap_rt.io.validation import validate
 from seamap_rt.scene import load_scene
@@ -59,9 +61,9 @@ class Bounded(NamedTuple):
     default: float | None
 
 
-def bounded() -> list[Bounded]:
+def bounded(sections: Sequence[type[Section]] = SECTIONS) -> list[Bounded]:
     found: list[Bounded] = []
-    for section in SECTIONS:
+    for section in sections:
         for name, field in section.model_fields.items():
             notes: dict[type, Any] = {type(each): each for each in field.metadata}
             meaning = notes.get(Meaning)
@@ -113,6 +115,19 @@ def test_a_value_in_another_prefix_is_told_the_right_one(key: Bounded) -> None:
         assert any(math.isclose(each, level, rel_tol=1e-4) for each in numbers)
     if key.unit in ("Hz", "s") and key.low > 0.0 and math.isfinite(key.high):
         assert looked_at
+
+
+def test_a_recordings_header_has_the_units_the_choices_and_no_tighter_limits_of_the_radars_keys() -> None:
+    sections = (ScatteringSettings, AntennaSettings, RadarSettings)
+    keys, held = {each.name: each for each in bounded(sections)}, bounded([RecordingHeader])
+    pairs = [(each, keys[each.name]) for each in held if each.name in keys]
+    assert len(pairs) == 12
+    for header, key in pairs:
+        assert (header.unit, header.low <= key.low, header.high >= key.high) == (key.unit, True, True), key.name
+    types = {name: field.annotation for each in sections for name, field in each.model_fields.items()}
+    choices = {n: f.annotation for n, f in RecordingHeader.model_fields.items() if get_origin(f.annotation) is Literal}
+    assert len(shared := choices.keys() & types) == 5
+    assert {name: choices[name] for name in shared} == {name: types[name] for name in shared}
 
 
 def test_the_carrier_in_gigahertz() -> None:

@@ -26,66 +26,21 @@ from validation import ROOT
 from validation.analytic.diffraction import knife_edge
 
 
-class Subject(NamedTuple):
-    """What limits are about: its words in README's short list ("": none there) and in validation/README's long one, and
-    how the names of its rows begin. Some subjects have no rows, for no single run tells their errors."""
+class Limit(NamedTuple):
+    """A row of the table of limits. Some have no words in README; some no rows in a run's account, for no single run
+    tells their errors."""
 
-    short: str
-    long: str
-    rows: tuple[str, ...] = ()
+    name: str
+    left_out: str
+    error: str
+    where: str
+    readme: str
+    account: str
 
 
-SUBJECTS = {
-    "Waves": Subject(
-        "Drawn waves are linear or first-order Lagrangian",
-        "as drawn are linear or first-order Lagrangian",
-        ("sharper crests", "skewness", "the sea", "the flow of waves", "waves ", "the longest waves", "breaking"),
-    ),
-    "Light": Subject(
-        "Echoes have one bounce",
-        "one scattering bounce in the simulated echoes",
-        ("multiple scattering", "diffraction", "what diffraction", "shadows of waves", "slopes of resolved waves"),
-    ),
-    "Breakers": Subject(
-        "Breakers are a share of each facet",
-        "are a share of each facet unless",
-        ("the scatterers' own", "tilt, strain", "a breaker's life", "breakers", "patches of breakers", "hydrodynamic"),
-    ),
-    "The mean echo": Subject(
-        "uncertain by 2–3 dB",
-        "uncertainty of some 2–3 dB",
-        ("the clutter model", "wind-direction contrast", "the mean outside"),
-    ),
-    "Near range": Subject("Nearer than 20 m heights are biased upward", "nearer than about 20 m the edge of the beam"),
-    "Ground maps": Subject("", "lie around the boat's start", ("ground maps",)),
-    "Slopes": Subject("planes at least 6 m long", "planes at least 6 m long"),
-    "Error bars": Subject("height bars hold sensors' stated errors alone", "hold of the motion sensors what is stated"),
-    "Cycles": Subject("often takes the wrong phase cycle", "they are often wrong nearer than 100 m"),
-    "Boats": Subject(
-        "has no dynamics of its own",
-        "has no dynamics of its own",
-        ("the boat's", "the waves' effect on"),
-    ),
-    "Radar": Subject(
-        "",
-        "Each map of a staring antenna has speckle of its own",
-        (
-            "the beam's",
-            "pulses between",
-            "how speckle",
-            "the rest of the circle",
-            "analogue",
-            "a magnetron's",
-            "speckle",
-        ),
-    ),
-    "Objects": Subject(
-        "objects do not diffract", "neither bend light nor echo together", ("the antennas' width", "echoes between")
-    ),
-    "Forecasts": Subject("Forecasts: free waves", ""),
-    "Earth": Subject("Earth is flat", "is flat; the drop at 400 m is 1 cm", ("Earth",)),
-    "Studies": Subject("", "the shadowing study has no objects"),
-}
+_ROWS = re.findall(r"^\|(.*)\|$", (ROOT / "validation/models/limits.md").read_text("utf-8"), flags=re.MULTILINE)[2:]
+LIMITS = [Limit(*map(str.strip, line.split("|"))) for line in _ROWS]
+BEGINNINGS = {each.name: tuple(each.account.split("; ")) for each in LIMITS if each.account}
 
 SMALL = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
 ONE_WAVE = {"sea.waves": [{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 40.0, "wave_from_deg": 270.0}]}
@@ -201,7 +156,7 @@ ROLLING = {"platform__motion": "sinusoidal", "platform__roll_deg": 10.0}
 def test_every_row_has_its_error(keys: dict[str, Any]) -> None:
     scene_and_sea = small(**keys)
     for each in left_out(*scene_and_sea):
-        assert len([name for name, about in SUBJECTS.items() if each["what"].startswith(about.rows or "-")]) == 1
+        assert len([name for name, words in BEGINNINGS.items() if each["what"].startswith(words)]) == 1
     for each in modelled(*scene_and_sea) + left_out(*scene_and_sea):
         assert each.keys() == {"what", "why", "error", "value", "unit", "source"}
         assert each["error"]
@@ -396,30 +351,18 @@ def test_the_pace_of_a_turn_decides_what_a_still_sea_costs() -> None:
     assert cost(radar__rotation_rpm=120.0) < cost() < cost(radar__sector_deg=[0.0, 360.0])
 
 
-@pytest.mark.parametrize(
-    ("file", "heading", "mark", "words"),
-    [
-        ("README.md", "What it does not do", r"\d+\. ", [each.short for each in SUBJECTS.values()]),
-        ("validation/README.md", "Limits", "- ", [each.long for each in SUBJECTS.values()]),
-    ],
-)
-def test_lists_of_limits_tell_of_every_subject_and_of_no_other(
-    file: str, heading: str, mark: str, words: list[str]
-) -> None:
-    """Each list has the words of the table, and no entry without any."""
-    text = (ROOT / file).read_text("utf-8").split(f"\n## {heading}\n")[1].split("\n## ")[0]
-    entries = [" ".join(each.split()) for each in re.split(rf"\n{mark}", text)[1:]]
-    wanted = [each for each in words if each]
-    for each in wanted:
-        assert any(each in entry for entry in entries), each
-    for entry in entries:
-        assert any(each in entry for each in wanted), entry
+def test_the_short_list_of_limits_tells_of_those_of_the_table_and_of_no_other() -> None:
+    text = (ROOT / "README.md").read_text("utf-8").split("\n## What it does not do\n")[1].split("\n## ")[0]
+    entries, words = re.split(r"\n\d+\. ", text)[1:], [each.readme for each in LIMITS if each.readme]
+    assert [each for each in words if not any(each in entry for entry in entries)] == []
+    assert [entry for entry in entries if not any(each in entry for each in words)] == []
 
 
-def test_the_table_of_subjects_names_no_row_that_is_gone() -> None:
+def test_a_limit_has_its_error_and_names_no_row_that_is_gone() -> None:
     text = inspect.getsource(limits) + inspect.getsource(modelled_rows)
-    gone = [name for subject in SUBJECTS.values() for name in subject.rows if f'"{name}' not in text]
-    assert gone == []
+    assert [name for words in BEGINNINGS.values() for name in words if f'"{name}' not in text] == []
+    assert all(each.left_out and each.error for each in LIMITS)
+    assert all(each.account for each in LIMITS if each.error == "by the account")
 
 
 # ---------------------------------------------------------------------------------------- costs, and the lines

@@ -128,7 +128,16 @@ def test_every_key_of_every_section_has_type_unit_description_and_default() -> N
 
 def test_the_sections_are_all_there() -> None:
     names = {name for name, each in vars(settings).items() if isinstance(each, type)}
-    bases = {"Section", "Meaning", "SensorErrors", "RandomWaves", "SpreadWaves", "SpectralWaves", "GrowingWaves"}
+    bases = {
+        "Section",
+        "Meaning",
+        "When",
+        "SensorErrors",
+        "RandomWaves",
+        "SpreadWaves",
+        "SpectralWaves",
+        "GrowingWaves",
+    }
     assert set(sections(SCHEMA)) == names - bases | {"Scene"}
 
 

@@ -124,9 +124,10 @@ def test_green_red_and_for_the_record(tmp_path: Path) -> None:
     tags = read(page)
     assert all(each.startswith("data:") for each in tags.loads)  # the page needs no other file
     assert len([each for each in tags.loads if each.startswith("data:image/png")]) == 1
-    assert {link.removeprefix("#") for link in tags.links} == set(tags.ids) == set(told["cases"])
+    assert {link.removeprefix("#") for link in tags.links} == {"red_one", "more", "metrics.json"}
+    assert all(f"--only {name}<" in page for name in told["cases"])
     assert "seen &lt;so&gt;" in page
-    assert page.count('class="red">red<') == 3  # the overview, its title and the check itself; words beside colour
+    assert page.count("✗ red") == 4  # a warning, the table of all, its title and the check itself
     assert "only if calm" in page
 
 

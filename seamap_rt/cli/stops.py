@@ -1,0 +1,68 @@
+"""Ctrl-C and SIGTERM.
+
+While the modules are loaded nothing has been begun yet, and the process ends at once. Later the first signal raises
+KeyboardInterrupt, so that files are closed, and all further ones do nothing: they would cut off what closes the files.
+Doing nothing is a handler's work: Python complains of a signal that came just before it was set to be ignored.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import Any
+
+INTERRUPTED = 130
+_AGAIN_S = 0.01
+
+
+class Stops:
+    """The handlers of both signals, from `begin` to `end`. A signal that the process was started to ignore stays so."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._before: dict[int, Any] = {}
+        self._hook = sys.unraisablehook
+
+    def begin(self) -> None:
+        """The modules are being loaded."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                self._before[number] = signal.signal(number, _end_at_once)
+
+    def run(self) -> None:
+        """The command runs."""
+        sys.unraisablehook = self._unraisable
+        for number in self._before:
+            signal.signal(number, self._stop)
+
+    def end(self, process: bool) -> None:
+        """The command has ended. process: and so does the process, which is not to be asked for it any more.
+
+        Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
+        """
+        interrupted, self.asked = self.asked, True
+        sys.unraisablehook = (lambda _: None) if process and interrupted else self._hook
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_IGN if process else handler)
+
+    def _stop(self, *_: object) -> None:
+        if not self.asked:
+            self.asked = True
+            raise KeyboardInterrupt
+
+    def _stop_again(self, *_: object) -> None:
+        raise KeyboardInterrupt
+
+    def _unraisable(self, lost: sys.UnraisableHookArgs) -> None:
+        """An interruption that met a callback from which nothing can be raised comes again, a little later."""
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            signal.signal(signal.SIGALRM, self._stop_again)
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        else:
+            self._hook(lost)
+
+
+def _end_at_once(*_: object) -> None:
+    os.write(2, b"seamap-rt: interrupted: nothing was begun\n")
+    os._exit(INTERRUPTED)
