@@ -189,6 +189,8 @@ def tables(text: str) -> list[dict[str, Any]]:
             elif len(cells) == 1:
                 made.append({"title": cells[0].rstrip(":"), "columns": [], "rows": []})
                 continue
+            if cells and made[-1]["columns"]:  # what is printed below a Markdown table is none of its rows
+                made.append({"title": made[-1]["title"], "columns": [], "rows": []})
         if cells:
             made[-1]["rows"].append(cells)
     return [table for table in made if table["rows"]]
