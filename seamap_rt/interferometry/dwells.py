@@ -116,7 +116,7 @@ def allot(
     looks = centres.size
     number = np.where(np.isfinite(number), number, -2 * looks).astype(np.intp)
     if closed:
-        number = _one_pass(number, looks)
+        number = _select_pass(number, looks)
     dwells = Dwells(np.where((number >= 0) & (number < looks), number, -1), looks)
     scarce = (dwells.pulses > 0) & (dwells.pulses < 0.5 * dwells.usual)
     if not scarce.any():
@@ -141,7 +141,7 @@ def unwrapped_sweep(
     return sweep - turns[int(np.argmax(within))]
 
 
-def _one_pass(number: NDArray[np.intp], looks: int) -> NDArray[np.intp]:
+def _select_pass(number: NDArray[np.intp], looks: int) -> NDArray[np.intp]:
     """Numbers of looks folded into the circle, of each look the pass (before, in, after the turn) with most pulses."""
     if number.size == 0 or (number.min() >= 0 and number.max() < looks):
         return number

@@ -59,7 +59,7 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
     beside = 0.5 * (360.0 - width)  # what is received beyond the sector belongs to the turn that is nearer
     first = (azimuth[0] - sector[0] + beside + _ROUNDING) % 360.0 - beside - _ROUNDING
     sweep = first + travelled
-    number = np.floor((sweep + beside + _ROUNDING) / 360.0) if turn is None else _given(turn)
+    number = np.floor((sweep + beside + _ROUNDING) / 360.0) if turn is None else _check_turns(turn)
     number = np.maximum.accumulate(number).astype(np.int32)
     sweep = sweep - 360.0 * np.floor((sweep + beside + _ROUNDING) / 360.0)
     kept = np.arange(azimuth.size)
@@ -110,7 +110,7 @@ def _refuse_jumps(steps: Array, expected: Array, azimuth: Array, head: Recording
         )
 
 
-def _given(turn: Array) -> Array:
+def _check_turns(turn: Array) -> Array:
     if not np.isfinite(turn).all() or (np.diff(turn) < 0.0).any():
         raise InputError("turn: must be whole numbers that never decrease; sort the pulses by time, or leave turn out")
     return turn

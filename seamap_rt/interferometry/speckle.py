@@ -88,7 +88,7 @@ def incoherent_power(wide: Covariance, noise_power: float, samples: float, kept:
     before and after, and no phase is off by it. Where noise hides it the share of all looks at about that range stands
     in, as far as it does.
     """
-    known = wide.known
+    known = wide.has_value
     power = np.where(known, 0.5 * (wide.lower + wide.upper), noise_power) - noise_power
     shared = np.where(known, np.abs(wide.cross), 0.0)
     missing = np.where(known, kept * power - shared, 0.0)

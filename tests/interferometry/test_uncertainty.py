@@ -197,5 +197,5 @@ def test_the_echos_contrast_is_what_speckle_leaves(variance: float, samples: int
     given = replace(sea, dwell=uneven, echo=replace(sea.echo, pulses=uneven))
     # The same whatever the unit of power is. 240 looks by 21 gates, of which a third are independent: fourth moments
     # of exponential speckle and texture leave some hundredths.
-    found = float(np.median(given.texture(given.echo.around)))
+    found = float(np.median(given.texture(given.echo.neighbourhood_mean)))
     assert found == pytest.approx(variance / (1.0 + 0.5 * variance), abs=0.08)
