@@ -129,13 +129,13 @@ class WaveField(TableMixin):
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
         means, met = self._expected(wanted, points), self.met(*points)
         share, made = self.short_share(points), []
-        for quantity, waves, kept, samples in zip(wanted, means, *self._left(wanted, points), strict=True):
+        for quantity, waves, kept, samples in zip(wanted, means, *self._residual_waves(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
             said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
             still_open = np.where(met, said, of_groups.sum())
             known = of_groups.sum() - still_open
-            right = self.model_error.kept(points[2], height_of(waves, known))
+            right = self.model_error.kept_share(points[2], height_of(waves, known))
             wrong, mean = known * (1.0 - right**2), right * kept * waves.real
             if quantity.name == "elevation":
                 mean = mean + known / of_groups.sum() * self._sinking
@@ -150,7 +150,7 @@ class WaveField(TableMixin):
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
         met, share = self.met(*points), self.short_share(points)
-        _, missed = self._left(wanted, points)
+        _, missed = self._residual_waves(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
         near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
@@ -189,7 +189,7 @@ class WaveField(TableMixin):
         share[:, self._short] = self.knowledge.open_share(*points, self._short)
         return share
 
-    def _left(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
+    def _residual_waves(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
         """What share (quantity, point) of what was fitted is worth keeping, by what it was to samples, and the waves
         (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
         both = self.samples([each.samples for each in wanted], *points, fitted=True)
@@ -198,10 +198,10 @@ class WaveField(TableMixin):
         kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(fitted) ** 2, axis=1), 1e-12), 0.0, 1.0)
         return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
 
-    def left_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
+    def residual_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
         """Of the elevation at points: what share of what was fitted is worth keeping (point,), and the waves (sample,
         point) [m] that this leaves open."""
-        kept, missed = self._left(self.quantities(["elevation"]), (x, y, time))
+        kept, missed = self._residual_waves(self.quantities(["elevation"]), (x, y, time))
         return kept[0], missed[0]
 
     def samples(
@@ -241,7 +241,7 @@ class WaveField(TableMixin):
         """Each quantity's sum of waves (point,), the water's where it is at home."""
         made: dict[str, Envelope] = {}
         for of_water in (True, False):
-            alike = [each for each in wanted if each.of_water == of_water]
+            alike = [each for each in wanted if each.is_of_water == of_water]
             if alike:
                 shares = [[each.lattices[n] for each in alike] for n in range(len(self.lattices))]
                 home = self.home(*points) if of_water else points[:2]
@@ -255,11 +255,11 @@ class WaveField(TableMixin):
             return x, y
         home = x, y
         for _ in range(_PASSES):
-            away = self._means(self._of(["displacement_x", "displacement_y"]), x, y, time, home)
+            away = self._means(self._factors(["displacement_x", "displacement_y"]), x, y, time, home)
             home = x - self.sharpness * away[0].real, y - self.sharpness * away[1].real
         return home
 
-    def _of(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
+    def _factors(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
         """What kinds are of each wave's amplitude, for each lattice."""
         return [[lattice.factor(kind, self.spectrum.water) for kind in kinds] for lattice in self.lattices]
 

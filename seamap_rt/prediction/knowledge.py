@@ -229,7 +229,7 @@ class ModelError:
         alone, own = -np.expm1(-turned), -np.expm1(-turned * height**2 / 6.0)
         return np.minimum(self.still, 1.0) + 2.0 / 3.0 * (alone + height * (alone + own))
 
-    def kept(self, time: Field, height: Field) -> Field:
+    def kept_share(self, time: Field, height: Field) -> Field:
         """What is worth keeping of what is known, at most all: with a share w of it wrong it and the sea correlate by
         1 − w/2, and by so much a forecast errs least, by 1 − (1 − w/2)² of it."""
         return np.clip(1.0 - 0.5 * self.share(time, height), 0.0, 1.0)

@@ -42,7 +42,7 @@ class Quantity:
     groups: Share  # (group,)
 
     @property
-    def of_water(self) -> bool:
+    def is_of_water(self) -> bool:
         """Of the water that is at a place, wherever it is at home."""
         return self.name in WATER
 

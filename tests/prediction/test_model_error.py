@@ -47,7 +47,7 @@ def turn_of(sea: FreeWaves, number: int) -> Observations:
 def last_field(sea: FreeWaves) -> WaveField:
     """The field after some turns of which the fit rests on the last ones."""
     spectrum, innovations = wind_sea(), Innovations()
-    fit = Fit.anew(spectrum, [turn_of(sea, 0)], 30.0, (0.0, 0.0))
+    fit = Fit.of(spectrum, [turn_of(sea, 0)], 30.0, (0.0, 0.0))
     ensemble, field = Ensemble(fit), None
     with ThreadPoolExecutor(2) as workers:
         for number in range(TURNS):
@@ -91,7 +91,7 @@ def test_a_fit_from_nothing_is_right_where_nothing_was_seen() -> None:
     # Six turns that see 120 m of a square of 390 m. Steps come last to waves that nothing tells: stopped as soon as a
     # fit that goes on may be, the square has more wrong than the sea itself. A hundredth of the right side leaves some.
     seen = [turn_of(drifting_waves(0.0, 1), number) for number in range(KEPT)]
-    fit = Fit.anew(wind_sea(), seen, 30.0, (0.0, 0.0))
+    fit = Fit.of(wind_sea(), seen, 30.0, (0.0, 0.0))
     fit.add(seen, range(KEPT))
     fit.update_weights()
     with ThreadPoolExecutor(1) as workers:
