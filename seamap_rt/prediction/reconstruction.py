@@ -117,7 +117,7 @@ class Predictor:
     def _find_systems(self, known: list[TurnSpectrum], water: Water) -> WaveSystems | None:
         """The wave systems in the last turns, looked for again with each second, fourth … turn, then each fourth."""
         self._count += 1
-        shown = [each for each in known if each.shown]
+        shown = [each for each in known if each.has_waves]
         if shown and (self._systems is None or len(shown) & (len(shown) - 1) == 0 or self._count % 4 == 0):
             self._systems = systems_of(shown, water, self._systems)
         return self._systems

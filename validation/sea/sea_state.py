@@ -95,7 +95,7 @@ def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, n
     east, north = unit_from_azimuth(truth["azimuth"].values[look])
     out = distance[gate]
     cells = Cells(out * east, out * north, truth["time"].values[look], look, height[chosen].astype(np.float64), out)
-    moment = wave_spectrum(Transforms.of(cells), Travel.of_one(nominal)).direction(1)
+    moment = wave_spectrum(Transforms.of(cells), Travel.from_direction(nominal)).direction(1)
     return float(np.degrees(np.angle(moment)) + 180.0) % 360.0
 
 
