@@ -155,7 +155,7 @@ class Simulator:
                 gathered.add(columns, light, surface(light, strain))
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
-        return *gathered.on(mesh.facets), submerged
+        return *gathered.collect(mesh.facets), submerged
 
     def _lights(self, mesh: SurfaceMesh, clock: Stopwatch) -> Iterator[tuple[slice, Illumination]]:
         """The lit facets of the levelled mesh, of a large turn part by part: where all rays stay in their columns, no

@@ -126,7 +126,7 @@ class TwoWayBeams:
     aside: NDArray[np.float64]  # (path or 1, leg) m that the leg's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
 
-    def at_most(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+    def voltage_bound(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
         """Voltage over the peak's, of the path that has most, at such direction cosines or further to either side."""
         voltage = np.abs(self.tables.astype(np.float64).prod(axis=1)).max(axis=0)
         half = voltage.size // 2

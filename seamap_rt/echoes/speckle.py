@@ -52,7 +52,7 @@ class BeamWindow(NamedTuple):
         """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
         return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
 
-    def at(self, nodes: int) -> NDArray[np.float64]:
+    def node_voltages(self, nodes: int) -> NDArray[np.float64]:
         """(node,)"""
         return np.ones(nodes) if self.voltage is None else np.array(self.voltage)
 
@@ -86,7 +86,7 @@ def speckle_basis(
     nodes: int, spacing_s: float, decorrelation_time_s: float, window: BeamWindow = EVENLY
 ) -> NDArray[np.float32]:
     """(mode, node): real rows whose products with unit complex Gaussians have the required covariance."""
-    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.node_voltages(nodes)
     covariance = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
     variance, modes = _strongest_modes(covariance, window.left_out)
     basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T / voltage
@@ -104,7 +104,7 @@ def two_way_basis(
     the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
     the sum of two covariances is made the identity, their difference can be made diagonal.
     """
-    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.node_voltages(nodes)
     envelope = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
     # Of half and half: that holds all that any w needs.
     variance, modes = _strongest_modes(envelope * np.cos(turning * lag), window.left_out)

@@ -81,7 +81,7 @@ class TextureField:
     wind_from_deg: float
     current: tuple[float, float] = (0.0, 0.0)  # m/s east, north, with which they drift
 
-    def on(self, facets: Facets, grazing: NDArray[np.float64]) -> NDArray[np.float32]:
+    def evaluate(self, facets: Facets, grazing: NDArray[np.float64]) -> NDArray[np.float32]:
         """T (column, facet) of the breakers' echo, mean 1, when the beam passes. grazing (facet,): rad."""
         pose = facets.grid.column_pose
         east, north = unit_from_azimuth(facets.grid.column_azimuth)

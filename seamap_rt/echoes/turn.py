@@ -122,7 +122,7 @@ def peak_gate_voltage(
     off = drop * float(np.abs(across[:, 2]).max()) + float(np.abs(beams.aside).max()) / nearest_m
     level = np.sqrt(1.0 - drop**2)
     cosine = level * np.sin(np.radians(np.minimum(np.abs(turned_deg), 90.0)))
-    return beams.at_most(np.maximum(cosine - off, 0.0))
+    return beams.voltage_bound(np.maximum(cosine - off, 0.0))
 
 
 @dataclass(frozen=True)
@@ -180,13 +180,13 @@ class ReceiveGeometry:
         """The sum (component, path, sample, node) over all columns, so many at a time."""
         paths, samples = len(self.installation.array.paths), self.tabulated.samples.range.size
         total = np.zeros((2, paths, samples, self.nodes.count), dtype=np.float32)
-        for start, chunk in self.in_order(sums, columns):
+        for start, chunk in self.map_in_order(sums, columns):
             low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
             if high > low:
                 total[..., low:high] += chunk[..., low - start : high - start]
         return total
 
-    def in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
+    def map_in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
         """What is made of all columns, so many at a time by several threads, in their own order, whichever finishes
         first: what is added so keeps its bits."""
         edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]

@@ -63,7 +63,7 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
     facets, _, fired = sea_seen(radar, platform)
     hearing = ReceiveGeometry.of(facets, Installation(radar), fired, SEED, 0.01, None, 1e-4)
     assert isinstance(hearing.speckle, StillSpeckle)
-    reckoned = hearing.beam_window.at(hearing.window)
+    reckoned = hearing.beam_window.node_voltages(hearing.window)
     assert reckoned.min() < 0.1  # there are nodes that are hardly heard
     nowhere = np.zeros(facets.grid.columns + 1, np.intp)
     none = ListedFacets(
