@@ -115,7 +115,7 @@ def test_it_is_known_within_its_rim_alone(path: str) -> None:
     assert file.reach_m == pytest.approx(REACH_M)
     x = np.array([0.0, REACH_M - 0.01, REACH_M + 0.01, 0.0, -REACH_M - 1.01])
     y = np.array([0.0, 0.0, 0.0, REACH_M + 0.01, 0.0])
-    assert sea.known(x, y).tolist() == [True, True, False, False, False]
+    assert sea.is_known(x, y).tolist() == [True, True, False, False, False]
     height = sea.judge.elevation(x, y, np.zeros(5))
     assert np.isfinite(height).tolist() == [True, True, False, False, False]
     assert np.isfinite(sea.elevation(x, y, np.zeros(5))).all()
