@@ -352,10 +352,12 @@ class TurnAccumulator:
             raise RuntimeError("no part of the turn was added")
         (light, returns), of = self._last, self._arrays.get
         if not self._arrays:
-            return light.on(facets), returns
+            return light.with_facets(facets), returns
         found = {name: of(name) for name in light.light}
         motion = returns.motion
         if motion is not None:
             same = {name: of(name) for name in ("approaching", "breaking", "breaker_speed")}
             motion = replace(motion, **same)
-        return replace(light.on(facets), **found, rays=self._rays), Returns(self._arrays["rcs"], motion, of("running"))
+        return replace(light.with_facets(facets), **found, rays=self._rays), Returns(
+            self._arrays["rcs"], motion, of("running")
+        )

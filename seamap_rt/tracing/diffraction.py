@@ -154,18 +154,18 @@ def _over_edges(distance, surface, first, station, table, field, ray_slope):
                 falls = (edges[1, last] - z) / (x - edges[0, last])
                 ray_slope[column, n] += share * falls
                 if rise[n + 1] - rise[n] > (_ALONG - falls) * (reach[n + 1] - reach[n]):  # else it leans away
-                    field[column, n] = coming[last] * _past(edges, last, x, z, per_wavelength, table)
+                    field[column, n] = coming[last] * _fresnel_factor(edges, last, x, z, per_wavelength, table)
                 continue
             ray_slope[column, n] += share * straight
             over = edges[0, last] if last > 0 else x
             before = _up_to(edges, last, over, over * z / x, per_wavelength, table)
-            field[column, n] = before * _past(edges, last, x, z, per_wavelength, table)
+            field[column, n] = before * _fresnel_factor(edges, last, x, z, per_wavelength, table)
 
 
 @compiled_strict
 def _up_to(edges, count, x, z, per_wavelength, table):
     """The field at (x, z), or on the path over it, after the dominating one of the first `count` edges."""
-    return _past(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
+    return _fresnel_factor(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
 
 
 @compiled_strict
@@ -183,7 +183,7 @@ def _dominant(edges, count, x, slope):
 
 
 @compiled_strict
-def _past(edges, number, x, z, per_wavelength, table):
+def _fresnel_factor(edges, number, x, z, per_wavelength, table):
     """F(v) of one edge for the ray to (x, z), F(−v) being 1 − F(v); 1 for the edge −1, which is none."""
     if number < 0:
         return 1.0 + 0.0j

@@ -90,7 +90,7 @@ class ShadowRays:
             wavelengths=[],
         )
 
-    def lit(self, hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def lit_facets(self, hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(antenna, n, facet) light, from what the rays (ray,) hit."""
         lit = np.zeros(self.front.shape, dtype=bool)
         _light_up(self.number, hit, lit.reshape(-1))
