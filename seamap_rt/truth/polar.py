@@ -121,7 +121,7 @@ def _surface(facets: Illumination, rcs: NDArray[np.float32], columns: slice, apa
         height=_mean_heights(facets, columns),
         slope_look=np.ascontiguousarray(part.slope_look),
         slope_cross=np.ascontiguousarray(part.slope_cross),
-        lit=_seen(part),
+        lit=_visible_share(part),
         arriving=np.ascontiguousarray(two_way_power(part)),
         rcs=np.ascontiguousarray(rcs[columns]),
     )
@@ -156,7 +156,7 @@ def _beam(
     return dwell_power(installation.array, sweeps[:, None] - facets.grid.column_sweep, width)
 
 
-def _seen(facets: Illumination) -> NDArray[np.float32]:
+def _visible_share(facets: Illumination) -> NDArray[np.float32]:
     """Share (column, facet) of a facet's water that both antennas see."""
     lit = facets.visible_to_both.astype(np.float32, order="C")
     return lit if facets.in_sight is None else lit * facets.in_sight
