@@ -115,7 +115,7 @@ class Chirp:
         """How many raw samples go into the gates, the last reflector's whole pulse included."""
         return self._last
 
-    def of_noise(self, raw: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
+    def compress_noise(self, raw: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
         """Compressed gates (…, gate) of noise in all `samples` (…, sample), changed in place: none comes either while
         the receiver is off, so that gates which are eclipsed have less."""
         raw[..., : self._first] = 0.0
