@@ -292,7 +292,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if workers == 0:
         yield _here
         return
-    from .cluster import existing_client, gather_results, on_local_cluster, refuse_while_spawned  # takes a second
+    from .cluster import existing_client, gather_results, open_local_cluster, refuse_while_spawned  # takes a second
 
     if client is not None:
         yield partial(gather_results, client)
@@ -301,7 +301,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
             yield partial(gather_results, result)
     else:
         refuse_while_spawned()
-        with on_local_cluster(workers) as result:
+        with open_local_cluster(workers) as result:
             yield result
 
 

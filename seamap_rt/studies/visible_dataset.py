@@ -221,7 +221,7 @@ def shadowing_dataset(
 ) -> xr.Dataset:
     """The study's dataset: each variable by sector and, with the prefix `look_`, by look; units as attributes."""
     looks, waves = window.looks, main_waves(scene)
-    each = [_of_mast(scene, mast, window, seeds) for mast in result]
+    each = [_mast_dataset(scene, mast, window, seeds) for mast in result]
     whole = xr.concat(each, "height", data_vars="all", coords="minimal")
     sectors = whole.isel(group=slice(0, looks.sectors)).rename(group="azimuth")
     pooled = whole.isel(group=slice(looks.sectors, None)).rename(group="look")
@@ -264,7 +264,7 @@ def shadowing_dataset(
 
 
 @np.errstate(invalid="ignore", divide="ignore")
-def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dataset:
+def _mast_dataset(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dataset:
     """One height's shares, half ranges, biases and runs, over (group, range)."""
     tallies = [window.nothing()] * seeds if mast.reason else mast.tallies
     middle, looks, both, radar = window.middle, window.looks, ("group", "range"), ("polarization", "level")
