@@ -17,7 +17,7 @@ from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
 from ..io.turn_files import GrowingFile, part_of, read_whole_turns
-from ..report.forecast_figures import BoatForecast, ahead_picture, by_lead, verified_picture, window_picture
+from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
 from . import drawing
@@ -200,7 +200,7 @@ def _words(ahead: BoatForecast) -> str:
 
 def _in_words(came: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
-    forecasts, errors = came.verified.forecasts, by_lead(came.verified)
+    forecasts, errors = came.verified.forecasts, errors_by_lead(came.verified)
     judged = warm(forecasts)
     mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
     error = mean - came.verified.truth[judged, lead, 0]

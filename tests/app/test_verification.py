@@ -12,7 +12,7 @@ from made_folders import OFFSET_M, STATED_M, forecasts
 from seamap_rt.app.verification import Verification, Verifications, verify_folder
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
-from seamap_rt.report.forecast_figures import by_lead, verified_sea
+from seamap_rt.report.forecast_figures import errors_by_lead, verified_sea
 from seamap_rt.scene import load_scene
 
 
@@ -39,7 +39,7 @@ def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Verificat
     of the file's float32."""
     forecasts, truth, judged = found.verified.forecasts, found.verified.truth, warm(found.verified.forecasts)
     np.testing.assert_allclose(forecasts["elevation"].values - truth, OFFSET_M, atol=1e-6)
-    told = by_lead(found.verified)
+    told = errors_by_lead(found.verified)
     sigma = float(np.std(truth[judged]))
     np.testing.assert_allclose(told["found"], OFFSET_M / sigma, rtol=1e-4)
     np.testing.assert_allclose(told["stated"], STATED_M / sigma, rtol=1e-5)

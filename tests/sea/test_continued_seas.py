@@ -222,11 +222,11 @@ def test_forecasts_take_nothing_beyond(path: str) -> None:
 
 
 def test_the_run_says_what_is_not_known(path: str) -> None:
-    from seamap_rt.report.limits import left_out
+    from seamap_rt.report.limits import not_modelled
 
     scene = scene_with(path, "mirrored")
     resolved = realize(scene.sea, 1).resolved
-    rows = {row["what"]: row for row in left_out(scene, resolved)}
+    rows = {row["what"]: row for row in not_modelled(scene, resolved)}
     # the square of 106 m in a circle of 140 m: by places at random
     random = np.random.default_rng(1).uniform(-70.0, 70.0, (2, 200_000))
     inside = random[:, np.hypot(*random) < 70.0]
