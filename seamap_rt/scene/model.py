@@ -221,10 +221,10 @@ def _overridden(tree: dict[str, Any], overrides: Mapping[str, Any]) -> Scene:
 
 def scene_of(tree: Mapping[str, Any]) -> Scene:
     """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
-    return validate(Scene, _with_recorded(tree), _further)
+    return validate(Scene, _fill_recorded(tree), _further)
 
 
-def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
+def _fill_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tree with what it leaves out of a recorded sea, by its file."""
     sea = tree.get("sea")
     if not isinstance(sea, Mapping) or sea.get("model") != "recorded":
