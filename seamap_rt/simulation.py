@@ -160,11 +160,11 @@ class Simulator:
     def _lights(self, mesh: SurfaceMesh, clock: Stopwatch) -> Iterator[tuple[slice, Illumination]]:
         """The lit facets of the levelled mesh, of a large turn part by part: where all rays stay in their columns, no
         more of it is made than that part."""
-        whole = None if mesh.upright else self._lit(mesh, slice(0, mesh.grid.columns), clock)
+        whole = None if mesh.upright else self._trace_light(mesh, slice(0, mesh.grid.columns), clock)
         for columns in mesh.grid.parts:
-            yield columns, self._lit(mesh, columns, clock) if whole is None else whole.part(columns)
+            yield columns, self._trace_light(mesh, columns, clock) if whole is None else whole.part(columns)
 
-    def _lit(self, mesh: SurfaceMesh, columns: slice, clock: Stopwatch) -> Illumination:
+    def _trace_light(self, mesh: SurfaceMesh, columns: slice, clock: Stopwatch) -> Illumination:
         with clock("mesh"):
             levelled = mesh.levelled_part(columns)
         with clock("trace"):

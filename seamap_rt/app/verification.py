@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..forecast_errors import VerifiedForecasts, came, warm
+from ..forecast_errors import VerifiedForecasts, true_elevation, warm
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
 
@@ -110,4 +110,6 @@ def verify_folder(folder: Path) -> Verification:
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
     scores = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Verification(VerifiedForecasts(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, scores)
+    return Verification(
+        VerifiedForecasts(forecasts, true_elevation(sea.judge, forecasts), xr.Dataset()), windows, scores
+    )

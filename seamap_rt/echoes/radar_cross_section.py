@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
 from ..scattering import MEAN_MODELS, ShortWaves, mean_level
@@ -178,7 +178,7 @@ class SeaSurface:
                 true_area *= found.select(facets.facing_in_sight)
             take(found, Terms(*(each * true_area for each in levels)))
 
-        in_blocks(work, len(reached))
+        run_blocks(work, len(reached))
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
         """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.

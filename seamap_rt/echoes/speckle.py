@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from .. import random_streams
 from ..compute.compiled import compiled, compiled_strict
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..mesh import Facets
 from ..random_streams import Stream
 
@@ -204,7 +204,7 @@ class SpeedBounds(NamedTuple):
         if motion is not None and motion.breaking is not None:
             shares, runs = motion.breaking, motion.breaker_speed.astype(np.float32)
         squares, velocity = np.empty((2, columns), np.float32), (facets.velocity_look, facets.velocity_up)
-        in_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
+        run_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
         water, breakers = squares.max(axis=1, initial=-1.0)
         return cls(float(np.sqrt(max(water, 0.0))), float(np.sqrt(breakers)) if breakers >= 0.0 else None)
 

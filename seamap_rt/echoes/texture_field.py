@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import random_streams
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..random_streams import Stream
@@ -93,6 +93,6 @@ class TextureField:
             middle = [np.ascontiguousarray(pose.origin[:, n] - run[n] * pose.time) for n in (0, 1)]
             columns = Columns(pose.time / life, east, north, *middle)
             at = key, float(size), float(share), columns, facets.distance, total
-            in_blocks(lambda begin, end, at=at: add_octave(begin, end, *at), len(total))
+            run_blocks(lambda begin, end, at=at: add_octave(begin, end, *at), len(total))
         variance = self.texture.variance(grazing)
         return np.exp(total * np.sqrt(variance).astype(np.float32) - (0.5 * variance).astype(np.float32))

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import WATER_ATTRIBUTES, build
 from ..physics.dispersion import Water
@@ -278,7 +278,7 @@ def square_means(
     polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
     means = np.full((laid.shape[2], *middle.shape), np.nan)
     laid = np.ascontiguousarray(laid)
-    in_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
+    run_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
     return means
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 
 HEIGHT, ALONG, UP, LENGTH, RISE_ALONG, RISE_UP, OUT_ALONG, OUT_UP, RIGHT, OTHERS = range(10)
 
@@ -276,7 +276,7 @@ def located(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> tuple[Poi
     itself is left out."""
     gate, delta, shape, looks = _rows(fan, gate_range, difference)
     points, gain = np.empty((3, *looks)), np.empty(looks)
-    in_blocks(lambda *rows: locate_rows(*rows, gate, delta, fan.parts, fan.share, fan.weights, points, gain), looks[0])
+    run_blocks(lambda *rows: locate_rows(*rows, gate, delta, fan.parts, fan.share, fan.weights, points, gain), looks[0])
     height, out, right = (each.reshape(shape) for each in points)
     return Points(height, out, right), gain.reshape(shape)
 
@@ -300,7 +300,7 @@ def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> 
     """
     gate, height, shape, looks = _rows(fan, gate_range, height)
     difference = np.empty(looks)
-    in_blocks(
+    run_blocks(
         lambda *rows: difference_rows(*rows, gate, height, fan.parts, fan.share, fan.weights, difference), looks[0]
     )
     return difference.reshape(shape)

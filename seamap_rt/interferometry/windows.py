@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 
 _MARGIN = 8  # gates, of which the margins are multiples
 _GROUP = 32  # gates: loops over whole groups leave no remainder to be gone through one by one
@@ -226,7 +226,7 @@ class Covariance:
             cells = replace(self, cross=self.cross * np.exp(-1j * level(0)))
         given, weights = cells._cells(half), (range_weights, look_weights)
         phasors, means = Phasors(*along.phasors(gates), beside), np.empty((4, looks, gates))
-        in_blocks(lambda *rows: window_means(*rows, given, *weights, phasors, means), looks)
+        run_blocks(lambda *rows: window_means(*rows, given, *weights, phasors, means), looks)
         return _covariance(means)
 
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
@@ -234,13 +234,13 @@ class Covariance:
         one. They stay NaN."""
         given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
         weights = range_weights, look_weights
-        in_blocks(lambda *rows: unaligned_window_means(*rows, given, *weights, means), len(self.cross))
+        run_blocks(lambda *rows: unaligned_window_means(*rows, given, *weights, means), len(self.cross))
         return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
         given, means = self._cells(range_weights.size // 2), np.empty((1, *self.cross.shape))
-        in_blocks(lambda *rows: window_powers(*rows, given, range_weights, look_weights, means), len(self.cross))
+        run_blocks(lambda *rows: window_powers(*rows, given, range_weights, look_weights, means), len(self.cross))
         return means[0]
 
     def _cells(self, half: int) -> Cells:

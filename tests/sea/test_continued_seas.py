@@ -12,7 +12,7 @@ import xarray as xr
 from known_waves import STEP_S, WAVE, WEST_M, KnownWave, dataset_of, frames_of, rms, write
 
 from seamap_rt.errors import InputError
-from seamap_rt.forecast_errors import came
+from seamap_rt.forecast_errors import true_elevation
 from seamap_rt.gauges import gauge_series
 from seamap_rt.interferometry import retrieve
 from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
@@ -217,7 +217,7 @@ def test_forecasts_take_nothing_beyond(path: str) -> None:
         {"lead": [0.0, 1.0]},
         {"heading_deg": 0.0, "speed_m_s": 0.0},
     )  # fmt: skip
-    known = np.isfinite(came(sea_of(path, "level").judge, forecast))
+    known = np.isfinite(true_elevation(sea_of(path, "level").judge, forecast))
     assert known.tolist() == [[[True, False], [True, False]]]
 
 
