@@ -222,7 +222,7 @@ class Draft:
 
     def written(self, key: str) -> Any:
         """As the scene's tree has it; None where it leaves it out."""
-        return _at(self.tree, key)
+        return _node_at(self.tree, key)
 
     @property
     def changed(self) -> dict[str, Any]:
@@ -258,13 +258,13 @@ class Draft:
         """Take an entry out of a list of tables."""
         tree = copy.deepcopy(self.tree)
         above, index = path.rsplit(".", 1)
-        del _at(tree, above)[int(index)]
+        del _node_at(tree, above)[int(index)]
         self._take(tree)
 
     def kind(self, path: str, tag: str, kind: str) -> None:
         """Make an entry another of several kinds: it keeps the keys that both have."""
         tree = copy.deepcopy(self.tree)
-        entry = _at(tree, path)
+        entry = _node_at(tree, path)
         before, trial = dict(entry), {tag: kind, **_NEW.get(kind, {})}
         entry.clear()
         entry.update(trial)
@@ -344,7 +344,7 @@ def _below(tree: Tree, path: str) -> Any:
     return node
 
 
-def _at(tree: Any, key: str) -> Any:
+def _node_at(tree: Any, key: str) -> Any:
     node = tree
     for step in key.split("."):
         if isinstance(node, list | tuple) and step.isdecimal():

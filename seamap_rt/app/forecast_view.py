@@ -97,7 +97,7 @@ def view_forecast(
         return None
     if came is None:
         return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark))
-    at, verified = came.at(ahead.issue), came.verified
+    at, verified = came.issue_before(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
     words = _in_words(came, lead)
@@ -128,7 +128,7 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = self.view.page.server.verifications.known(folder)
+        came = self.view.page.server.verifications.find_finished(folder)
         if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long

@@ -148,15 +148,15 @@ class Form:
         kind = kind_of_field(field.key)
         if kind is not None:
 
-            def taken(path: Path) -> None:
+            def take_upload(path: Path) -> None:
                 element.value = str(path)
                 self._edited(field, element)
 
-            def said(line: str) -> None:
+            def show_error(line: str) -> None:
                 element.error = line or None
 
             with element.add_slot("append"):
-                upload_button(self.draft.roots, kind, said, taken)
+                upload_button(self.draft.roots, kind, show_error, take_upload)
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)

@@ -35,7 +35,7 @@ class Verification:
     windows: Windows | None
     scores: dict[str, Any]
 
-    def at(self, turn: int) -> int | None:
+    def issue_before(self, turn: int) -> int | None:
         """Of the issues, the place of the last one up to a turn by its number from 0."""
         held = np.flatnonzero(self.verified.forecasts["issue"].values <= turn)
         return int(held[-1]) if held.size else None
@@ -70,13 +70,13 @@ class Verifications:
         key = _key(folder)
         if not key[1]:
             raise InputError("no finished forecasts are here")
-        if key not in self._kept or (self._kept[key].done() and self.known(folder) is None):
+        if key not in self._kept or (self._kept[key].done() and self.find_finished(folder) is None):
             self._kept[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
             while len(self._kept) > _MOST_KEPT:
                 self._kept.popitem(last=False)
         return await asyncio.shield(self._kept[key])
 
-    def known(self, folder: Path) -> Verification | None:
+    def find_finished(self, folder: Path) -> Verification | None:
         """What is known of a folder already."""
         held = self._kept.get(_key(folder))
         known = held is not None and held.done() and not held.cancelled() and held.exception() is None

@@ -76,8 +76,8 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Veri
 
 
 def test_what_is_asked_again_is_kept(folder: Path, found: Verification, asked: Verifications) -> None:
-    assert asyncio.run(asked.ask(folder)) is asked.known(folder) is found
-    assert Verifications().known(folder) is None
+    assert asyncio.run(asked.ask(folder)) is asked.find_finished(folder) is found
+    assert Verifications().find_finished(folder) is None
 
 
 def test_where_nobody_knows_what_came_a_line_says_so(tmp_path: Path) -> None:
