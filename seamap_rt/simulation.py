@@ -38,7 +38,7 @@ from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.visibility import water_powers
-from .truth import ground_truth, mask_unknown_sea, polar_truth
+from .truth import ground_truth, mask_unknown, polar_truth
 from .visible_share import VisibleShare
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
@@ -246,7 +246,7 @@ class Simulator:
         """The truth of a turn on both grids; cells: what the facets say of the polar one."""
         scene, resolved = self.scene, self.sea.resolved
         ground = ground_truth(self.sea, self.installation, scene.retrieval, number)
-        polar = mask_unknown_sea(cells, self.sea, self.installation, scene.retrieval)
+        polar = mask_unknown(cells, self.sea, self.installation, scene.retrieval)
         if resolved.record_start_s is not None:  # to lay the record's own gauges beside
             zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
             polar, ground = polar.assign_attrs(zero), ground.assign_attrs(zero)

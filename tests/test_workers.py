@@ -68,11 +68,11 @@ def test_work_may_ask_for_threads_itself() -> None:
 def test_a_child_that_was_forked_makes_its_own() -> None:
     code = """
 import os, sys
-from seamap_rt.compute.machine import in_blocks
-in_blocks(lambda *_: None, 100)
+from seamap_rt.compute.machine import run_blocks
+run_blocks(lambda *_: None, 100)
 child = os.fork()
 if child == 0:
-    in_blocks(lambda *_: None, 100)
+    run_blocks(lambda *_: None, 100)
     os._exit(7)
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """

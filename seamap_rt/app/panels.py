@@ -92,12 +92,10 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            self.slider = slider(
-                "Azimuth of the look", "azimuth", self._change_azimuth, 0, 359, round(view.azimuth) % 360
-            )
+            self.slider = slider("Azimuth of the look", "azimuth", self._turn_view, 0, 359, round(view.azimuth) % 360)
         self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("section")
 
-    def _change_azimuth(self) -> None:
+    def _turn_view(self) -> None:
         self.view.set_azimuth(float(self.slider.value or 0.0))
 
     async def show(self, source: Source, turn: int) -> None:

@@ -215,7 +215,7 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterato
             if each.ahead is not None
         ]
 
-    def range_graph(y_label: str, drawn: Sequence[Curve], **more: Any) -> Graph:
+    def graph(y_label: str, drawn: Sequence[Curve], **more: Any) -> Graph:
         return Graph("Ground range (m)", y_label, drawn, x_span=(0.0, float(found.ground_m[-1])), **more)
 
     seen = [
@@ -223,20 +223,16 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterato
         *ahead("quality", "measured", style.GREEN, 100.0),
     ]
     seen += [each._replace(y=100.0 * each.y) for each in analytic_shares(found.ground_m, found.smith, found.wagner)]
-    yield (
-        "visible",
-        "Share of the sea that is in sight, and that is measured",
-        range_graph("%", seen, y_span=(0.0, 102.0)),
-    )
+    yield "visible", "Share of the sea that is in sight, and that is measured", graph("%", seen, y_span=(0.0, 102.0))
     error = ahead("height_error", "of the map", style.VERMILION)
     error += curves("ground_m", "noise_error_m", "noise of one dwell", style.GREY)
-    yield "error", "Height error", range_graph("m", error, log=True)
+    yield "error", "Height error", graph("m", error, log=True)
     snr = curves("ground_m", "snr_db", "", style.GREEN)
-    yield "snr", "One pulse's echo of the mean sea over noise", range_graph("dB", snr)
+    yield "snr", "One pulse's echo of the mean sea over noise", graph("dB", snr)
     places = [at for at in (20.0, 50.0, scene.radar.range_m[1]) if at > scene.radar.height_m]
     marks = [(-float(np.degrees(np.arcsin(scene.radar.height_m / at))), f"{at:.0f} m") for at in places]
     beam = curves("beam_deg", "beam_db", "", style.BLUE)
     title, span = "Beam up and down, and where the sea is", (-40.0, 1.0)
     yield "beam", title, Graph("Elevation (°)", "dB under the peak", beam, "", (-45.0, 30.0), span, marks=marks)
     cycle = curves("ground_m", "ambiguity_m", "", style.ORANGE)
-    yield "cycle", "Height that a phase cycle is worth", range_graph("m", cycle)
+    yield "cycle", "Height that a phase cycle is worth", graph("m", cycle)

@@ -110,6 +110,5 @@ def verify_folder(folder: Path) -> Verification:
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
     scores = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Verification(
-        VerifiedForecasts(forecasts, true_elevation(sea.judge, forecasts), xr.Dataset()), windows, scores
-    )
+    verified = VerifiedForecasts(forecasts, true_elevation(sea.judge, forecasts), xr.Dataset())
+    return Verification(verified, windows, scores)

@@ -196,7 +196,7 @@ class Spectrum:
             -0.5 * ((self.wavenumber * self.along * along) ** 2 + (self.wavenumber * self.across * across) ** 2)
         )
 
-    def wiener_error_variance(self, design: Design, distance: float, noise: Array) -> Array:
+    def wiener_error(self, design: Design, distance: float, noise: Array) -> Array:
         """Error variance [m²] (look, noise) of cells at that distance [m], for noise densities [m⁴]."""
         transfer = self.amplitude_share(design.pulse, design.beam * distance) ** 2
         sides = self.wavenumber * self.along * design.cell_m, self.wavenumber * self.across * design.cell_rad * distance
@@ -240,9 +240,7 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
     noise = np.minimum(1.0 / np.maximum(4.0 * np.pi**2 * known, 1e-30), most)
     nodes = _nodes(ground.size)
     levels = np.geomspace(0.99 * noise.min(), 1.01 * noise.max(), _LEVELS)
-    tables = np.stack(
-        [spectrum.wiener_error_variance(design, float(ground[n]), levels) for n in nodes]
-    )  # (node, look, level)
+    tables = np.stack([spectrum.wiener_error(design, float(ground[n]), levels) for n in nodes])  # (node, look, level)
     tables = np.log(np.maximum(tables, 1e-12))
     place = np.interp(np.arange(ground.size), nodes, np.arange(nodes.size))
     node = np.minimum(place.astype(int), max(nodes.size - 2, 0))

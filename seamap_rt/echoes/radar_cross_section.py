@@ -351,13 +351,12 @@ class TurnAccumulator:
         if self._last is None:
             raise RuntimeError("no part of the turn was added")
         (light, returns), of = self._last, self._arrays.get
+        light = light.with_facets(facets)
         if not self._arrays:
-            return light.with_facets(facets), returns
+            return light, returns
         found = {name: of(name) for name in light.light}
         motion = returns.motion
         if motion is not None:
             same = {name: of(name) for name in ("approaching", "breaking", "breaker_speed")}
             motion = replace(motion, **same)
-        return replace(light.with_facets(facets), **found, rays=self._rays), Returns(
-            self._arrays["rcs"], motion, of("running")
-        )
+        return replace(light, **found, rays=self._rays), Returns(self._arrays["rcs"], motion, of("running"))

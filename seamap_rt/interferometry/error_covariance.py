@@ -351,16 +351,14 @@ class BrightSpots:
         if gates <= 2 * reach:
             return Offsets(phase, 1.0 - explained)
 
-        def shift_gates(field: NDArray, away: int) -> NDArray:
+        def shift(field: NDArray, away: int) -> NDArray:
             return field[:, reach + away : gates - reach + away]
 
         away = [int(each) for each in self.neighbours]
-        known = shift_gates(heard, 0) & np.logical_and.reduce(
-            [shift_gates(sampled, n) for n in (*away, *(-n for n in away))]
-        )
+        known = shift(heard, 0) & np.logical_and.reduce([shift(sampled, n) for n in (*away, *(-n for n in away))])
         explained[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
         for weight, n in zip(weights, away, strict=True):
-            difference = (shift_gates(even, n) - shift_gates(even, -n)) * (level / mean)[:, inner] / own[:, inner]
+            difference = (shift(even, n) - shift(even, -n)) * (level / mean)[:, inner] / own[:, inner]
             # Between scatterers so far apart the phase may turn by radians: its sine counts.
             apart = 0.5 * n * self.spacing
             phase[:, inner] += np.where(

@@ -23,7 +23,7 @@ from ..physics.dispersion import Water
 from ..radar.grid import GroundGrid, LookFan, ground_grid, look_sweeps
 from ..settings import RetrievalSettings
 from ..wavefield.advance import GroundFields, advanced
-from ..wavefield.wave_direction import estimate_travel, travel
+from ..wavefield.wave_direction import map_travel, travel
 from .description import RadarDescription
 from .poses import Heights, LookPoses
 
@@ -305,7 +305,7 @@ def advance_to_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water
     height, spread, velocity, distance = (np.asarray(cells[name].values[0], dtype=np.float64) for name in names)
     direction = travel(height, spread, velocity, cells["azimuth"].values, distance, side)
     seen = GroundFields(*(np.asarray(ground[each.name].values[0], dtype=np.float64) for each in fields(GroundFields)))
-    direction = estimate_travel(seen.height, seen.height_std, side, direction)
+    direction = map_travel(seen.height, seen.height_std, side, direction)
     if not np.isfinite(direction.wave_from_deg):
         return ground
     made = advanced(seen, side, to_s, direction, water)

@@ -240,18 +240,16 @@ def directivity(azimuth: Cut, elevation: Cut) -> float:
     """
     angles = (_sampled(cut) for cut in (azimuth, elevation))
     across_peak, up_peak = (float(np.radians(angle[np.argmax(voltage)])) for angle, voltage in angles)
-    up, up_weight = _graded_quadrature(np.array(up_peak), panels=30, nodes=6)
+    up, up_weight = _nodes(np.array(up_peak), panels=30, nodes=6)
     level = np.cos(up)
     # Off the horizontal plane the ridge of the azimuth cut, l = sin(peak), is seen at a larger angle.
     ridge = np.arcsin(np.clip(np.sin(across_peak) / level, -1.0, 1.0))
-    across, across_weight = _graded_quadrature(ridge[:, None], panels=45, nodes=8)
+    across, across_weight = _nodes(ridge[:, None], panels=45, nodes=8)
     cut = np.sum(azimuth(level[:, None] * np.sin(across)) ** 2 * across_weight, axis=1)
     return 4.0 * np.pi / float(np.sum(up_weight * level * elevation(np.sin(up)) ** 2 * cut))
 
 
-def _graded_quadrature(
-    centre: NDArray[np.float64], panels: int, nodes: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _nodes(centre: NDArray[np.float64], panels: int, nodes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gauss–Legendre nodes and weights (…, node) over −π/2 … π/2, in panels that halve towards a centre (…, 1).
 
     To either side there are so many equal panels, the one at the centre halved again down to some 1/10000 of the side.

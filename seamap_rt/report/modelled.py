@@ -133,7 +133,7 @@ class Case:
         return link.middle_m(self.radar)
 
     @property
-    def middle_in_words(self) -> str:
+    def place(self) -> str:
         return f"at {self.middle_m:.0f} m"
 
     @cached_property
@@ -173,7 +173,7 @@ class Case:
         return short.tilt_height(divide), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
 
     @cached_property
-    def power_kept_in_shadow(self) -> float:
+    def shadow_power(self) -> float:
         """Share of its two-way power that water keeps which these waves hide from light."""
         return shadow_kept(*self.tilting, self.scene.wavelength_m, self.scene.scattering.polarization)
 
@@ -218,8 +218,10 @@ def _sea(case: Case) -> Iterator[Row]:
         says = "of each lit facet the share that its own grazing angle leaves in sight, for both antennas alike"
         hidden, source = case.hidden_by_tilts, TILTS
         if tracing.unresolved_shadowing == "fresnel":
-            says += f"; what is hidden keeps {case.power_kept_in_shadow:.0%} of its echo in {case.scene.scattering.polarization}"
-            hidden, source = hidden * (1.0 - case.power_kept_in_shadow), BENT
+            says += (
+                f"; what is hidden keeps {case.shadow_power:.0%} of its echo in {case.scene.scattering.polarization}"
+            )
+            hidden, source = hidden * (1.0 - case.shadow_power), BENT
         yield row(UNRESOLVED, hidden, error, source, says)
 
 
@@ -242,15 +244,13 @@ def _echoes(case: Case) -> Iterator[Row]:
         level, error, source = case.facing.modulation_db, OWN_ECHO, TWO_SCALE
     else:
         level, error, source = -float(db(case.level(case.middle_m))), MEAN_ECHO, f"σ0 of {scattering.nrcs} below 1"
-    yield row(
-        "scattering", level, f"{error} {case.middle_in_words}", source, f"{scattering.polarization}: {_join_true(says)}"
-    )
+    yield row("scattering", level, f"{error} {case.place}", source, f"{scattering.polarization}: {_join_true(says)}")
 
     if _spikes(scattering):
         spikes = sea_spikes(scattering.wind_speed_m_s, scattering.inverse_wave_age, radar.frequency_hz)
         own = math.inf if spikes is None else float(spikes.shape(case.cell_m2))
-        says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.middle_in_words}"
-        yield row("sea spikes", case.clutter_shape, f"{BURSTS} {case.middle_in_words}", "Watts & Wicks (1990)", says)
+        says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.place}"
+        yield row("sea spikes", case.clutter_shape, f"{BURSTS} {case.place}", "Watts & Wicks (1990)", says)
 
     if theory and scattering.breaking and scattering.texture:
         yield patches(case, "lognormal patches that live for seconds and run before the wind")
@@ -307,7 +307,7 @@ def _radar(case: Case) -> Iterator[Row]:
         if math.isinf(noise):  # without a baseline
             noise, error = precision.noise_phase_error(radar, snr), "rad rms of phase"
     says = f"{radar.receiver.chain} gates, {'thermal' if radar.noise else 'no'} noise"
-    yield row("receiver", noise, f"{error} {case.middle_in_words} by noise", source, says)
+    yield row("receiver", noise, f"{error} {case.place} by noise", source, says)
     if radar.receiver.chain == "digital":
         yield converter(case)
 
@@ -325,20 +325,15 @@ def _magnetron(case: Case, pairs: bool) -> Row:
     if not pairs or case.array.baseline_m == 0.0:
         return row("magnetron", lost, "1 of the coherence between pulses", source, f"{says}; heights do not use it")
     height, source = precision.pair_height_error(radar, error, case.middle_m), "σ √(2/N) of N pulses of either receiver"
-    return row("magnetron", height, f"{HEIGHT} {case.middle_in_words}, of a look as a whole", source, says)
+    return row("magnetron", height, f"{HEIGHT} {case.place}, of a look as a whole", source, says)
 
 
 def patches(case: Case, says: str) -> Row:
     """The same number, modelled or not."""
     texture = Texture.of(case.scene.scattering.wind_speed_m_s)
     spread = 10.0 / math.log(10.0) * math.sqrt(float(texture.variance(case.grazing)))
-    return row(
-        "patches of breakers",
-        spread,
-        f"dB rms of breakers' own echo {case.middle_in_words}",
-        "Watts & Wicks (1990)",
-        says,
-    )
+    error = f"dB rms of breakers' own echo {case.place}"
+    return row("patches of breakers", spread, error, "Watts & Wicks (1990)", says)
 
 
 def converter(case: Case) -> Row:
@@ -361,7 +356,7 @@ def _boat(case: Case) -> Iterator[Row]:
     sensors = "sensors perfect" if boat.sensors == type(boat.sensors)() else "its sensors err"
     says = f"platform.motion = '{boat.motion}', {boat.speed_m_s:g} m/s; {sensors}"
     tilt = 0.0 if boat == PlatformSettings() else case.boat_tilt
-    yield row("boat", case.middle_m * tilt, f"{HEIGHT} {case.middle_in_words}", TILT.format(math.degrees(tilt)), says)
+    yield row("boat", case.middle_m * tilt, f"{HEIGHT} {case.place}", TILT.format(math.degrees(tilt)), says)
 
     radar, objects, over = case.radar, case.scene.objects, list[float]()
     near, far = link.window_m(radar)[[0, -1]]

@@ -139,7 +139,7 @@ def _central_cells(lattice: Lattice) -> tuple[slice, slice]:
 def _integrated(
     lattice: Lattice, radial: Radial, spreading: Spreading, toward: tuple[float, float]
 ) -> NDArray[np.float64]:
-    """Integrals of the spectrum over the cells of `_near`, by Gauss–Legendre nodes in each."""
+    """Integrals of the spectrum over the cells of `_central_cells`, by Gauss–Legendre nodes in each."""
     rows, columns = _central_cells(lattice)
     nodes, weights = gauss_legendre(_FINE_NODES)
     half = 0.5 * lattice.step

@@ -99,7 +99,7 @@ def interpolation_error(
 
     folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. in_time: what interpolation in time costs a
     unit wave of some cycles a step, and its derivatives; the spline's where it is left out. base: the field that others
-    follow from, as `kept_base` allows it.
+    follow from, as `exact_base` allows it.
     """
     rows, columns = lattice.reach
     east, north = lattice.east[columns:], lattice.north[rows:, None]
@@ -113,7 +113,7 @@ def interpolation_error(
     def image_error(kind: Kind, derivative: int) -> NDArray[np.float64]:
         if in_time is not None:
             return in_time(omega * time_step / (2.0 * np.pi), derivative) ** 2
-        return _images(omega, time_step, _derivative_sum(kind, derivative, base))
+        return _images(omega, time_step, _time_sum(kind, derivative, base))
 
     def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0, of: Kind = "elevation") -> float:
         """Error of a quantity with this variance of each wave: the derivative of order x, y, t of a field."""
@@ -147,9 +147,7 @@ def longest_time_step(lattice: Lattice, folded: NDArray[np.float64], base: Kind 
     elevation, velocity = _budgets(omega, variance)
     count = max(1, int(np.ceil(omega[-1] / (2.0 * np.pi * TIME_STEP_CYCLES))))
     while True:
-        height, rise = (
-            _images(omega, 1.0 / count, _derivative_sum("elevation", derivative, base)) for derivative in (0, 1)
-        )
+        height, rise = (_images(omega, 1.0 / count, _time_sum("elevation", derivative, base)) for derivative in (0, 1))
         if variance @ height <= elevation**2 and (variance * omega**2) @ rise <= velocity**2:
             return 1.0 / count
         count += 1
@@ -170,12 +168,12 @@ def exact_base(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None)
     k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
     flow = folded * (lattice.omega * orbital_ratio(k, lattice.depth)) ** 2
     missed = np.sum(flow * flow_missed(np.where(k < np.inf, k, 0.0)) ** 2)
-    noise = [_ROUNDED * size * _gain(_derivative_sum("elevation", derivative, base), step) for derivative in (0, 1)]
+    noise = [_ROUNDED * size * _gain(_time_sum("elevation", derivative, base), step) for derivative in (0, 1)]
     worst = max(noise[0] / elevation, noise[1] / velocity, np.sqrt(missed) / velocity)
     return base if worst <= _UNSEEN else None
 
 
-def _derivative_sum(kind: Kind, derivative: int, base: Kind | None) -> InTime:
+def _time_sum(kind: Kind, derivative: int, base: Kind | None) -> InTime:
     """The sum of derivatives in time of the field that has knots which is a derivative of this one."""
     return (0.0,) * derivative + (from_base(kind, base) or ITSELF)
 

@@ -19,9 +19,7 @@ from ..sea import Sea
 from ..settings import RetrievalSettings
 
 
-def mask_unknown_sea(
-    polar: xr.Dataset, sea: Sea, installation: Installation, retrieval: RetrievalSettings
-) -> xr.Dataset:
+def mask_unknown(polar: xr.Dataset, sea: Sea, installation: Installation, retrieval: RetrievalSettings) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, all but `time` NaN in cells that reach where the sea is not known.
 
     Cells as they lie on the ground at mean level, by their corners and the middles of their near and far sides.

@@ -96,9 +96,7 @@ def travel(
     return _sum_bands(np.tensordot(seen, cross, axes=1), side, size)
 
 
-def estimate_travel(
-    height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, direction: Travel
-) -> Travel:
+def map_travel(height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, direction: Travel) -> Travel:
     """Which way the waves of a ground map run, each counted by its energy: `wave_from_deg` is the mean direction.
 
     height, height_std [m] are (y, x), rows to the north, on squares of `side` [m], NaN where unknown. Of the two ways
@@ -161,4 +159,4 @@ def _variance(height: NDArray[np.float64]) -> float:
     return max(float(np.median(np.abs(height - np.median(height))) / 0.6745) ** 2, 1e-12)
 
 
-__all__ = ["Travel", "estimate_travel", "travel", "wavevectors"]
+__all__ = ["Travel", "map_travel", "travel", "wavevectors"]

@@ -324,7 +324,7 @@ def test_sea_spikes_cost_is_of_the_scattering() -> None:
 
 def test_shadows_of_higher_waves_are_darker() -> None:
     """Beyond 1.6 m a third and more of the power bends into them, beyond 8 m next to nothing."""
-    share = [Case(*small(sea__resolution_m=spacing)).power_kept_in_shadow for spacing in (0.4, 0.8, 4.0)]
+    share = [Case(*small(sea__resolution_m=spacing)).shadow_power for spacing in (0.4, 0.8, 4.0)]
     assert 0.6 > share[0] > share[1] > 0.3
     assert share[2] < 0.1
 

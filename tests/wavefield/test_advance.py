@@ -13,7 +13,7 @@ from seamap_rt.conventions import GRAVITY, unit_from_azimuth
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.simulation import Simulator
 from seamap_rt.wavefield.advance import GroundFields, advanced
-from seamap_rt.wavefield.wave_direction import Travel, estimate_travel
+from seamap_rt.wavefield.wave_direction import Travel, map_travel
 
 SIDE, REACH = 3.0, 300.0
 X, Y = np.meshgrid(*2 * [np.arange(-REACH, REACH + 0.5 * SIDE, SIDE)])
@@ -200,7 +200,7 @@ def test_a_simulated_turn_is_the_sea_of_one_instant() -> None:
     names = [each.name for each in fields(GroundFields)]
     seen = GroundFields(*(ground[name].values.astype(np.float64) for name in names))
     # Which of the two ways the map's own waves run: within 5° as they came from 270°.
-    way = estimate_travel(seen.height, seen.height_std, SIDE, Travel.from_direction(220.0))
+    way = map_travel(seen.height, seen.height_std, SIDE, Travel.from_direction(220.0))
     assert abs(way.wave_from_deg - 270.0) < 5.0
     x, y = np.meshgrid(ground["x"].values, ground["y"].values)
     got = advanced(seen, SIDE, 0.0, way)
