@@ -200,7 +200,7 @@ def layout(dark: bool, title: str = "", height: int = 260, **more: Any) -> Figur
     }
 
 
-def nothing(dark: bool) -> Figure:
+def empty_figure(dark: bool) -> Figure:
     """Before anything is drawn."""
     return figure([], layout(dark, xaxis={"visible": False}, yaxis={"visible": False}), CONFIG)
 

@@ -99,14 +99,14 @@ class Form:
     def _delete(self, part: Part) -> None:
         """An entry of a list, when it is asked for twice."""
 
-        def sure() -> None:
+        def confirm() -> None:
             asked.close()
             self._restructure(self.draft.remove, part.path)
 
         with ui.dialog(value=True) as asked, ui.card():
             ui.label(f"Delete {part.label} from the design? Undo brings it back.")
             with ui.row():
-                ui.button("Delete it", icon="delete", on_click=sure).props("no-caps")
+                ui.button("Delete it", icon="delete", on_click=confirm).props("no-caps")
                 ui.button("Keep it", on_click=asked.close).props("flat no-caps")
 
     def _adding(self) -> None:

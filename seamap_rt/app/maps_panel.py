@@ -29,7 +29,7 @@ class MapsPanel:
         self._page, self._picked = page, picked
         self._shown: MapPanels | None = None
         self._drawn = False  # by the browser, which loads the graphs' code first
-        self.plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("maps")
+        self.plot = ui.plotly(drawing.empty_figure(page.dark)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)

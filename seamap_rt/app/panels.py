@@ -93,7 +93,7 @@ class SectionPanel:
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
             self.slider = slider("Azimuth of the look", "azimuth", self._turn_view, 0, 359, round(view.azimuth) % 360)
-        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("section")
+        self.plot = ui.plotly(drawing.empty_figure(view.page.dark)).classes("w-full").mark("section")
 
     def _turn_view(self) -> None:
         self.view.set_azimuth(float(self.slider.value or 0.0))

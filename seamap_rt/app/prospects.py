@@ -208,7 +208,7 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterato
             for each, dash, tail in both
         ]
 
-    def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Curve]:
+    def outlook_curves(name: str, words: str, colour: str, factor: float = 1.0) -> list[Curve]:
         return [
             Curve(f"{words}{tail}", each.ahead_ground_m, factor * each.ahead.profile[name], colour, dash)
             for each, dash, tail in both
@@ -219,12 +219,12 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterato
         return Graph("Ground range (m)", y_label, drawn, x_span=(0.0, float(found.ground_m[-1])), **more)
 
     seen = [
-        *ahead("visible_fraction", "in sight", style.BLUE, 100.0),
-        *ahead("quality", "measured", style.GREEN, 100.0),
+        *outlook_curves("visible_fraction", "in sight", style.BLUE, 100.0),
+        *outlook_curves("quality", "measured", style.GREEN, 100.0),
     ]
     seen += [each._replace(y=100.0 * each.y) for each in analytic_shares(found.ground_m, found.smith, found.wagner)]
     yield "visible", "Share of the sea that is in sight, and that is measured", graph("%", seen, y_span=(0.0, 102.0))
-    error = ahead("height_error", "of the map", style.VERMILION)
+    error = outlook_curves("height_error", "of the map", style.VERMILION)
     error += curves("ground_m", "noise_error_m", "noise of one dwell", style.GREY)
     yield "error", "Height error", graph("m", error, log=True)
     snr = curves("ground_m", "snr_db", "", style.GREEN)

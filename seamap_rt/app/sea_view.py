@@ -214,7 +214,7 @@ class SeaPanel:
             self._camera = ui.toggle(_VIEWS, value="above", on_change=view.redraw).props("dense no-caps").mark("camera")
             self._camera.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
-        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
+        self.plot = ui.plotly(drawing.empty_figure(view.page.dark)).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
             self._picture.props('alt="The sea as one sees it from the mast"')
@@ -265,7 +265,7 @@ class SeaPanel:
         scene, server = source.scene, self.view.page.server
         name = source.results.folder.relative_to(server.roots.runs).as_posix()
         folder = f"{name}_sea_{turn_name(source.results.turns()[turn]).replace(' ', '')}"
-        if scene is not None and not server.awaited(folder):
+        if scene is not None and not server.is_awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             server.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)

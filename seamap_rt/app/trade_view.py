@@ -194,7 +194,7 @@ class TradeView:
             self._measure = choice("Measure", "trade-measure", self._refresh, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
-        self._plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("trade-graph")
+        self._plot = ui.plotly(drawing.empty_figure(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
@@ -341,7 +341,7 @@ class TradeView:
         if point is None:
             self._point_said.set_text("")
             return
-        there = self.page.server.awaited(folder_of_point(trade, point))
+        there = self.page.server.is_awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
         self._point_said.set_text(
             "Its maps are there, or come." if there else
@@ -355,7 +355,7 @@ class TradeView:
         if point is None:
             return
         name = folder_of_point(trade, point)
-        if not server.awaited(name):
+        if not server.is_awaited(name):
             try:
                 scene = scene_of_point(server.roots.runs / trade, point, server.roots)
             except InputError as refusal:

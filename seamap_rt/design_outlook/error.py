@@ -204,7 +204,7 @@ class Spectrum:
         level = noise[:, None, None, None]
         return np.sum(mean * level / (self.density * transfer + level), axis=(2, 3)).T
 
-    def within(self, design: Design, distance: float) -> tuple[float, float]:
+    def dwell_variance(self, design: Design, distance: float) -> tuple[float, float]:
         """Variance [m²] of heights within a dwell's area: what varies across it, and along it."""
         variance = self.variance.mean(axis=0)
         along = self.amplitude_share(design.pulse, 0.0) ** 2
@@ -217,7 +217,7 @@ def information(design: Design, spectrum: Spectrum, snr: Array) -> Array:
     pulse."""
     ground = design.ground
     nodes = _nodes(ground.size)
-    across, along = np.array([spectrum.within(design, float(each)) for each in ground[nodes]]).T
+    across, along = np.array([spectrum.dwell_variance(design, float(each)) for each in ground[nodes]]).T
     rough = np.interp(ground, ground[nodes], across)
     # Even a flat sea's phase turns within a pulse: by its length along the range, height differs by its tangent.
     tilted = np.interp(ground, ground[nodes], along) + (design.pulse * design.height / ground) ** 2

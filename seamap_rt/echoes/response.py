@@ -91,7 +91,7 @@ def _plain(
     array, made = antenna_array(radar), dict[float, RangeResponse]()
     responses = []
     for i, j in array.paths if paths is None else paths:
-        width = _passed(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
+        width = _cascade_bandwidth(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
         responses.append(made.setdefault(width, replace(RangeResponse.of(radar), bandwidth_hz=width)))
     return Samples(ranges, tuple(responses), max(response.support_m for response in responses))
 
@@ -104,7 +104,7 @@ def response_tables(samples: Samples) -> list[NDArray[np.float32]]:
     return [tables[response] for response in samples.responses]
 
 
-def _passed(*bandwidths: float) -> float:
+def _cascade_bandwidth(*bandwidths: float) -> float:
     """Bandwidth of Gaussian filters one after another: those of the receiver and of the antennas themselves."""
     if all(np.isinf(width) for width in bandwidths[1:]):
         return bandwidths[0]

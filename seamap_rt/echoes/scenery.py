@@ -158,7 +158,7 @@ def objects_in_sight(
     for thing in things:
         source = branch(seed, Stream.OBJECTS, thing.number)
         at = passing(np.asarray(thing.mesh.bounds).mean(axis=0)[None], middle, azimuth)[0]
-        itself = occluder.alone(thing.number)
+        itself = occluder.single_object(thing.number)
         drawn = object_scatterers(
             thing.mesh, middle[at], thing.rcs_m2, count, source, wavelength_m=wavelength_m, itself=itself
         )

@@ -48,7 +48,7 @@ class BeamWindow(NamedTuple):
     voltage: tuple[float, ...] | None = None  # (node,) of the beam over its peak's, above 0
     left_out: float = LEFT_OUT  # share of the power that modes may leave out
 
-    def through(self, voltage: NDArray[np.float64]) -> BeamWindow:
+    def with_beam(self, voltage: NDArray[np.float64]) -> BeamWindow:
         """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
         return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
 
@@ -262,7 +262,7 @@ class MovingSpeckle:
     breaks: bool  # there are breakers
 
     @classmethod
-    def over(
+    def of(
         cls,
         nodes: int,
         spacing_s: float,

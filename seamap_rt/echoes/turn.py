@@ -165,13 +165,13 @@ class ReceiveGeometry:
         if np.isfinite(reach):
             turned = reach_deg / reach * nodes.spacing_s * (np.arange(window, dtype=np.float64) - 0.5 * (window - 1))
             nearest = max(float(samples.samples.range[0]), radar.height_m)
-            beam_window = beam_window.through(peak_gate_voltage(tables, turned, across, radar.height_m, nearest))
+            beam_window = beam_window.with_beam(peak_gate_voltage(tables, turned, across, radar.height_m, nearest))
         if motion is None:
             speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, beam_window), seed)
         else:
             breaks = None if fastest is None else fastest.breakers is not None
             k = radar_wavenumber(radar.frequency_hz)
-            speckle = MovingSpeckle.over(
+            speckle = MovingSpeckle.of(
                 window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, beam_window
             )
         return cls(facets, installation, samples, nodes, window, reach, beam_window, speckle, tables, across)

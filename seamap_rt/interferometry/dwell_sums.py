@@ -240,7 +240,7 @@ class DwellSums:
         receivers, transmitter = settings.receivers, np.asarray(transmitter)
         lags = NO_LAGS
         if radar.coherent:
-            lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
+            lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.median_pulses, receivers)
         by_paths: dict[int, CoherentProducts] = {}
         for paths, pairs in ((1, paired.one), (2, paired.two)):
             if pairs is not None:

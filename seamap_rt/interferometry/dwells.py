@@ -41,7 +41,7 @@ class Dwells:
         return self._summed(np.ones((self.look.shape[0], 1)))[0].astype(np.intp)
 
     @property
-    def usual(self) -> int:
+    def median_pulses(self) -> int:
         """Pulses of the median cell that has any; at least 1."""
         some = self.pulses[self.pulses > 0]
         return max(1, int(np.median(some))) if some.size else 1
@@ -118,7 +118,7 @@ def allot(
     if closed:
         number = _select_pass(number, looks)
     dwells = Dwells(np.where((number >= 0) & (number < looks), number, -1), looks)
-    scarce = (dwells.pulses > 0) & (dwells.pulses < 0.5 * dwells.usual)
+    scarce = (dwells.pulses > 0) & (dwells.pulses < 0.5 * dwells.median_pulses)
     if not scarce.any():
         return dwells
     gate = np.arange(scarce.shape[1]) if dwells.leaning else 0

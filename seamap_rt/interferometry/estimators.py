@@ -167,7 +167,7 @@ ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane":
 def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before: Estimate | None = None) -> Estimate:
     """Heights of a window's means; their cycles are those of an earlier map, if there is one."""
     cells = given.windowed(window, along)
-    echo_power = given.echo.over(window)
+    echo_power = given.echo.window_mean(window)
     echoing = given.echoing(cells, echo_power)
     if before is None:
         incoherent = given.incoherent(along)

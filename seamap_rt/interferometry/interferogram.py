@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ..settings import RetrievalSettings
-from .ambiguity import CycleEstimate, HeightEstimate, doubtful_cycle, needed, resolve, sea_size
+from .ambiguity import CycleEstimate, HeightEstimate, ambiguous_gates, doubtful_cycle, resolve, sea_size
 from .description import RadarDescription
 from .poses import Heights, PhaseModel, edge_bias
 from .quality import has_echo, lit_power, object_echo, own_echo
@@ -49,7 +49,7 @@ class EchoPower:
     radar: RadarDescription
     width: float  # degrees between looks
 
-    def over(self, window: Weights) -> Map:
+    def window_mean(self, window: Weights) -> Map:
         """Of a window."""
         return self.pulses.power_in(*window) - self.noise
 
@@ -61,7 +61,7 @@ class EchoPower:
     @cached_property
     def neighbourhood_mean(self) -> Map:
         """The mean of a cell and its neighbours."""
-        return self.over(AROUND)
+        return self.window_mean(AROUND)
 
     @cached_property
     def lit_cell_power(self) -> Map:
@@ -205,7 +205,7 @@ class Interferogram:
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
         known = echoing & np.isfinite(heights.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
         size = sea_size(residual, heights.gain, known)
-        if not needed(heights.gain, known, size).any():
+        if not ambiguous_gates(heights.gain, known, size).any():
             return heights, ambiguous
         resolved = self._cycles(residual, np.sqrt(wrapped_variance(variance)), heights, known)
         if resolved.cycles.any():

@@ -29,7 +29,7 @@ from .poses import Heights
 from .quality import quality_flags
 from .slopes import Shadow, Slopes, local_planes, plane_reach, rms_slope, shadow, visible_slopes
 from .speckle import ONE_CELL
-from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .velocity import Doppler, Lag, doppler, ground_velocity, own_velocity
 from .windows import window_weights
 
 Map = NDArray[np.float64]
@@ -304,7 +304,7 @@ def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], heights
     own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
     height = given.model.poses.fan.height - heights.height
     return replace(
-        seen, velocity=over_ground(seen.velocity, own, given.model.poses.azimuth, heights.ground_range, height)
+        seen, velocity=ground_velocity(seen.velocity, own, given.model.poses.azimuth, heights.ground_range, height)
     )
 
 

@@ -32,7 +32,7 @@ class DwellPulses:
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
     looks: int = 1_000_000  # that there are: a window is no wider
 
-    def every(self, step: float) -> DwellPulses:
+    def resample(self, step: float) -> DwellPulses:
         """The same dwell where one pulse in 1/step is compared; step: a ratio, above 1 for more."""
         if not step > 0.0:  # a receiver that heard nothing
             return self

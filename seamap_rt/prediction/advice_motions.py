@@ -268,7 +268,7 @@ class _OpenShares:
         short = np.einsum("lg,cqg->cql", field.short_share(here), powers) / np.maximum(whole, 1e-300)
         share = np.minimum(said[:, None] / variances.sum() + short, 1.0)
         kept, share = _interpolate(coarse, kept, lead)[:, None], _interpolate(coarse, share, lead)
-        met = field.met(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
+        met = field.is_within_period(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
         met = met.reshape(len(transfers.courses), 1, lead.size)
         still_open = np.where(met, share, 1.0) * whole
         known = whole - still_open

@@ -115,11 +115,11 @@ def solve(
 
         return [mine + seen for mine, seen in zip(u, gathered(list(pool.map(apply_batch, batches))), strict=True)]
 
-    def back(pair: tuple[Batch, NDArray[np.float32]]) -> Unknowns:
+    def back_project(pair: tuple[Batch, NDArray[np.float32]]) -> Unknowns:
         return pair[0].sum.amplitudes((pair[0].weight * pair[1]).astype(np.float32))
 
     given = [batch.seen.value.astype(np.float32) for batch in batches] if values is None else values
-    right = gathered(list(pool.map(back, zip(batches, given, strict=True))))
+    right = gathered(list(pool.map(back_project, zip(batches, given, strict=True))))
     u = [np.zeros_like(part) for part in right] if start is None else start
     rest = right if start is None else _plus(right, -1.0, normal(u))
     way = better = precondition(rest)

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..io.declared import to_unit
 from ..io.opening import load, open_dataset
 from ..physics.dispersion import wavenumber
-from .vessel import Complex, EncounterWaves, Real, Responses, Values, Vessel, meeting
+from .vessel import Complex, EncounterWaves, Real, Responses, Values, Vessel, encounter_waves
 
 _SLOW = 1e-3  # rad/s: slower encounters count as this, since nothing holds a free boat in surge and sway
 _FREE = ("Heave", "Roll", "Pitch")
@@ -54,7 +54,7 @@ class _HullTable:
         self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
-        met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
+        met = encounter_waves(kx, ky, omega, heading_deg, speed_m_s, depth_m)
         beat = np.where(np.abs(met.encounter) < _SLOW, _SLOW, met.encounter)[..., None, None]
         low, high, part = _bracket(self.omega, np.abs(met.encounter))
         added, damping = (

@@ -90,7 +90,7 @@ class WaveField(TableMixin):
     def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
         """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
         mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0].real
-        return np.where(self.met(x, y, time), mean, 0.0)
+        return np.where(self.is_within_period(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected slopes (…, 2) towards east and north, and their standard errors."""
@@ -127,7 +127,7 @@ class WaveField(TableMixin):
 
     def _predict(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
-        means, met = self._expected(wanted, points), self.met(*points)
+        means, met = self._expected(wanted, points), self.is_within_period(*points)
         share, made = self.short_share(points), []
         for quantity, waves, kept, samples in zip(wanted, means, *self._residual_waves(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
@@ -149,7 +149,7 @@ class WaveField(TableMixin):
         and what is open drawn from its own spectrum, so that neighbouring moments, and quantities, hang together."""
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
-        met, share = self.met(*points), self.short_share(points)
+        met, share = self.is_within_period(*points), self.short_share(points)
         _, missed = self._residual_waves(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
@@ -172,21 +172,21 @@ class WaveField(TableMixin):
             made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
-    def met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
+    def is_within_period(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
         """Where (point,) no wave comes that the periodic lattice brings in a second time."""
         away = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1])
         lapse = np.maximum(time - self.begun, self.issued - time)
         return away + fastest(self.spectrum) * lapse <= 2.0 * np.pi / self.lattices[0].spacing - self.reach
 
     @property
-    def _short(self) -> NDArray[np.bool_]:
+    def _short_groups(self) -> NDArray[np.bool_]:
         """Groups (group,) that the samples do not hold."""
         return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
     def short_share(self, points: Points) -> Field:
         """What is open (point, group) of groups that the samples do not hold, as a share; 0 of others."""
         share = np.zeros((points[0].size, self.knowledge.groups.k.size))
-        share[:, self._short] = self.knowledge.open_share(*points, self._short)
+        share[:, self._short_groups] = self.knowledge.open_share(*points, self._short_groups)
         return share
 
     def _residual_waves(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:

@@ -25,7 +25,7 @@ from ..physics.dispersion import Water
 from .assimilation import Batch
 from .field import WaveField
 from .fit import Fit
-from .knowledge import ErrorSample, ModelError, height_of, likely
+from .knowledge import ErrorSample, ModelError, fit_model_error, height_of
 from .observations import Observations, damped
 from .spectrum import Field
 
@@ -78,7 +78,7 @@ class Innovations:
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""
-        return likely(self._samples, fit.spectrum, fit.middle)
+        return fit_model_error(self._samples, fit.spectrum, fit.middle)
 
 
 def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:

@@ -259,7 +259,7 @@ class ErrorSample:
     weight: float = 1.0
 
 
-def likely(samples: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
+def fit_model_error(samples: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
     """The model error of waves seen at `since` [s] by all samples: least squares, in which shares err by as much as
     they are, also what is taken before the first sample."""
     before = ModelError.expected(spectrum)

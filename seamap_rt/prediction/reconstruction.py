@@ -125,7 +125,7 @@ class Predictor:
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
         return fit.field(self._issued, self.sharpness, ensemble.members, self._innovations.model_error(fit))
 
-    def also(self, seen: Observations) -> WaveField:
+    def add_observations(self, seen: Observations) -> WaveField:
         """The field with observations of other instruments taken up too; the last turn's end stays its time.
 
         Raises ValueError before the first turn that shows a sea.
@@ -197,7 +197,7 @@ def reconstruct(
         field = predictor.turn(polar.isel(turn=turn))
     if field is None:
         raise InputError("maps: no turn of the last ones shows a sea; retrieve more turns, or another range")
-    return field if observations is None else predictor.also(observations)
+    return field if observations is None else predictor.add_observations(observations)
 
 
 def forecasts(

@@ -116,7 +116,7 @@ def _pattern(
 ) -> tuple[Cut, Cut, float]:
     """The two cuts and the directivity; (azimuth, elevation) pairs."""
     if name == "isotropic":
-        return _everywhere, _everywhere, 1.0
+        return _isotropic, _isotropic, 1.0
     if name == "gaussian":
         azimuth, elevation = (_gaussian(beam) for beam in beamwidth_deg)
     else:
@@ -160,7 +160,7 @@ def _stamp(file: str) -> tuple[int, int]:
     return facts.st_mtime_ns, facts.st_size
 
 
-def _everywhere(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+def _isotropic(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ones_like(np.asarray(cosine, dtype=np.float64))
 
 

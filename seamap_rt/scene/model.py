@@ -221,7 +221,7 @@ def _overridden(tree: dict[str, Any], overrides: Mapping[str, Any]) -> Scene:
 
 def scene_of(tree: Mapping[str, Any]) -> Scene:
     """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
-    return validate(Scene, _fill_recorded(tree), _further)
+    return validate(Scene, _fill_recorded(tree), _find_disagreements)
 
 
 def _fill_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -246,7 +246,7 @@ def _fill_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**tree, "sea": {**known, **given}}
 
 
-def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
+def _find_disagreements(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
     """What is wrong between the sections of a scene with wrong keys, as far as it can be found without them."""
     from .agreement import disagreements  # loads what computes
 

@@ -210,7 +210,7 @@ class MovingField:
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
-        at = strip.within(has, self.shape[0])
+        at = strip.place_in(has, self.shape[0])
         if at is not None:
             return rows[at]
         if has == self._whole:  # over the end of the grid

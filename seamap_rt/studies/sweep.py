@@ -290,7 +290,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if workers is not None and workers < 0:
         raise InputError(f"--workers = {workers}: must be at least 0 (none: all in this process); raise it")
     if workers == 0:
-        yield _here
+        yield _compute_serially
         return
     from .cluster import existing_client, gather_results, open_local_cluster, refuse_while_spawned  # takes a second
 
@@ -305,7 +305,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
             yield result
 
 
-def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
+def _compute_serially(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
     """One after another, in this process."""
     waiting = BySea(tasks)
     try:

@@ -42,7 +42,7 @@ class Occluder:
         self.numbers = list(range(len(meshes)) if numbers is None else numbers)
         self.rays = 0
 
-    def alone(self, number: int) -> Occluder:
+    def single_object(self, number: int) -> Occluder:
         """The occluder of that object only; it shares its triangles."""
         one = Occluder([])
         one.bodies, one.numbers = [self.bodies[self.numbers.index(number)]], [number]
@@ -87,7 +87,7 @@ class _Body:
             start, end = starts[first : first + _AT_ONCE], ends[first : first + _AT_ONCE]
             near = self._near_segments(start, end)
             if near.size:
-                inside, part = self._within(start[near], end[near], stop_short_m)
+                inside, part = self._clip_to_sphere(start[near], end[near], stop_short_m)
                 all_chosen.append(first + near[inside])
                 clipped.append(part)
         if not clipped:
@@ -106,7 +106,7 @@ class _Body:
         reach = self.girth * np.sqrt(square)
         return np.flatnonzero((np.abs(across) <= reach) & (along >= -reach) & (along <= square + reach))
 
-    def _within(
+    def _clip_to_sphere(
         self, start: NDArray[np.float64], end: NDArray[np.float64], stop_short_m: float
     ) -> tuple[NDArray[np.intp], Rays]:
         """Which segments pass through the bounding sphere, and the part of each that lies in it."""

@@ -57,7 +57,7 @@ class PathsTracer:
             for antenna in range(starts.shape[1]):
                 for columns in _group_columns(sheet, starts[:, antenna]):
                     start = starts[columns[0], antenna]
-                    lit[antenna, columns] = sight.sees(start, _before(points[columns], start, spacing))
+                    lit[antenna, columns] = sight.sees(start, _move_towards(points[columns], start, spacing))
         # From under water PathSolver sees facets from behind.
         return Illumination.of(facets, lit & facing, lit.size)
 
@@ -126,7 +126,7 @@ def _points(facets: Facets) -> Array:
     return np.stack([east * facets.distance, north * facets.distance, facets.rise], axis=-1)
 
 
-def _before(points: Array, start: Array, spacing: Array) -> Array:
+def _move_towards(points: Array, start: Array, spacing: Array) -> Array:
     """Those points moved _BEFORE × spacing (facet,) of ground towards the start."""
     back = start - points
     level = np.maximum(np.hypot(back[..., 0], back[..., 1]), spacing)

@@ -143,7 +143,7 @@ class TurnSpectrum:
         bins = RangeBins.of(polar_map)
         if bins is None or not bins.used.any():
             return None
-        inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+        inside = polar_map.known & bins.covers(bins.glimpsed, polar_map.distance)
         direction = _travel(polar, polar_map, inside)
         spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), direction, water)
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
@@ -183,7 +183,7 @@ class TurnSpectrum:
     @cached_property
     def heights_used(self) -> Heights:
         """Of the cells that the waves' height is taken from."""
-        return self._heights(self.polar_map.known & self.bins.within(self.bins.used, self.polar_map.distance))
+        return self._heights(self.polar_map.known & self.bins.covers(self.bins.used, self.polar_map.distance))
 
     @cached_property
     def periodogram(self) -> Periodogram:
@@ -309,7 +309,7 @@ def height_of_samples(samples: float) -> tuple[float, float]:
 def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
     """The waves' height and what it was found by. keep: share of the waves' variance that each ring's cells hold."""
     weight, (first, last) = bins.weight(bins.used), bins.edges(bins.used)
-    count = int(np.count_nonzero(polar_map.known & bins.within(bins.used, polar_map.distance)))
+    count = int(np.count_nonzero(polar_map.known & bins.covers(bins.used, polar_map.distance)))
     signal, noise, transfer, seen = (float(weight @ each) for each in (bins.waves, bins.noise, keep, bins.seen))
     variance = max(float(weight @ (bins.waves / keep)), 0.0)
     errors = (

@@ -241,7 +241,7 @@ class _Posterior:
         tells."""
         frequency, toward = np.array([(each.frequency, each.toward) for each in systems]).T
         k = self.water.wavenumber(2.0 * np.pi * frequency)
-        return 0.5 * _VELOCITY_WEIGHT * (1.0 - self.direction.forth(k * np.sin(toward), k * np.cos(toward)))
+        return 0.5 * _VELOCITY_WEIGHT * (1.0 - self.direction.travel_sign(k * np.sin(toward), k * np.cos(toward)))
 
     def _evaluate(
         self, values: NDArray[Any], value_alone: bool = False, further: Sequence[WaveSystem] = ()

@@ -49,7 +49,7 @@ class Travel:
         east, north = float(self.east.sum()), float(self.north.sum())
         return float(np.degrees(np.arctan2(-east, -north)) % 360.0) if np.hypot(east, north) > 0.0 else float("nan")
 
-    def forth(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
+    def travel_sign(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
         """1 where waves run along the wavevector (kx east, ky north; rad/m), −1 where against it, 0 where unknown."""
         log_wavenumber = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
         bands = np.log(self.wavenumber)
@@ -116,7 +116,7 @@ def map_travel(height: NDArray[np.float64], height_std: NDArray[np.float64], sid
     kx, ky = wavevectors(side, (size, size))
     k = np.maximum(np.hypot(kx, ky), 1e-12)
     for _ in range(_PASSES):
-        forth = direction.forth(kx, ky) * energy / k
+        forth = direction.travel_sign(kx, ky) * energy / k
         direction = _sum_bands(np.array([forth * kx, forth * ky]), side, size)
     return direction
 

@@ -96,17 +96,17 @@ def test_swell_may_run_against_the_wind_sea() -> None:
     way = direction_bin([wind, swell])
     for each in (way, map_travel(*ground([wind, swell]), SIDE, way)):
         k = wind.omega**2 / GRAVITY * wind.towards
-        assert np.mean(each.forth(*k)) > 0.9
+        assert np.mean(each.travel_sign(*k)) > 0.9
         k = swell.omega**2 / GRAVITY * swell.towards
-        assert np.mean(each.forth(*k)) > 0.9
+        assert np.mean(each.travel_sign(*k)) > 0.9
 
 
 def test_the_way_is_odd_in_the_wavevector() -> None:
     # Waves of a real surface: k and −k are the same wave.
     way = Travel.from_direction(30.0)
     kx, ky = np.array([0.1, -0.2, 0.0]), np.array([0.3, 0.1, 0.0])
-    np.testing.assert_array_equal(way.forth(kx, ky), -way.forth(-kx, -ky))
-    np.testing.assert_array_equal(way.forth(*(-0.1 * part for part in unit_from_azimuth(30.0))), 1.0)
+    np.testing.assert_array_equal(way.travel_sign(kx, ky), -way.travel_sign(-kx, -ky))
+    np.testing.assert_array_equal(way.travel_sign(*(-0.1 * part for part in unit_from_azimuth(30.0))), 1.0)
     assert way.wave_from_deg == pytest.approx(30.0)
 
 

@@ -90,7 +90,7 @@ def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, n
         return float("nan")
     distance = np.sqrt(np.maximum(truth["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     height = truth["height"].values
-    chosen = np.isfinite(height) & bins.within(bins.glimpsed, distance)
+    chosen = np.isfinite(height) & bins.covers(bins.glimpsed, distance)
     look, gate = np.nonzero(chosen)
     east, north = unit_from_azimuth(truth["azimuth"].values[look])
     out = distance[gate]
