@@ -36,7 +36,7 @@ class Verification:
     scores: dict[str, Any]
 
     def issue_before(self, turn: int) -> int | None:
-        """Of the issues, the place of the last one up to a turn by its number from 0."""
+        """Index of the last issue up to a turn, by the turn's number from 0."""
         held = np.flatnonzero(self.verified.forecasts["issue"].values <= turn)
         return int(held[-1]) if held.size else None
 
@@ -77,7 +77,7 @@ class Verifications:
         return await asyncio.shield(self._kept[key])
 
     def find_finished(self, folder: Path) -> Verification | None:
-        """What is known of a folder already."""
+        """The finished verification of a folder; None where there is none yet."""
         held = self._kept.get(_key(folder))
         known = held is not None and held.done() and not held.cancelled() and held.exception() is None
         return held.result() if held is not None and known else None

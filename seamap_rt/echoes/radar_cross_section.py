@@ -298,7 +298,7 @@ def two_way_power(facets: Illumination) -> NDArray[np.float32]:
 
 
 def _visible_power(facets: Illumination, whole: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Of what would come from whole facets that part which waves on them do not hide."""
+    """Echo of whole facets, less the part that waves on them hide."""
     return whole if facets.in_sight is None else whole * facets.in_sight
 
 

@@ -105,7 +105,7 @@ def response_tables(samples: Samples) -> list[NDArray[np.float32]]:
 
 
 def _cascade_bandwidth(*bandwidths: float) -> float:
-    """Bandwidth of Gaussian filters one after another: those of the receiver and of the antennas themselves."""
+    """Bandwidth of Gaussian filters in cascade: the receiver's and the antennas' own."""
     if all(np.isinf(width) for width in bandwidths[1:]):
         return bandwidths[0]
     return float(1.0 / np.sqrt(sum(1.0 / width**2 for width in bandwidths)))

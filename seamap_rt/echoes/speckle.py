@@ -49,7 +49,7 @@ class BeamWindow(NamedTuple):
     left_out: float = LEFT_OUT  # share of the power that modes may leave out
 
     def with_beam(self, voltage: NDArray[np.float64]) -> BeamWindow:
-        """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
+        """The window through a beam of voltage (node,); less than the share that may be left out counts as that."""
         return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
 
     def node_voltages(self, nodes: int) -> NDArray[np.float64]:

@@ -187,8 +187,8 @@ class ReceiveGeometry:
         return total
 
     def map_in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
-        """What is made of all columns, so many at a time by several threads, in their own order, whichever finishes
-        first: what is added so keeps its bits."""
+        """Results of `work` on all columns, so many at a time by several threads, in the columns' order: sums of them
+        keep their bits."""
         edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]
         chunks = [slice(a, b) for a, b in pairwise(edges)]
         with one_blas_thread(), pool() as workers:

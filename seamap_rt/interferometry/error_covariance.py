@@ -241,7 +241,7 @@ class Offsets:
     left: Map
 
     def shrink_for_speckle(self, variance: Map, looks: float) -> Offsets:
-        """The same of phases to which speckle of so many looks gives a variance [rad²].
+        """The offsets of phases to which speckle of so many looks gives a variance [rad²].
 
         The powers tell of a phase's first order alone. What a correction of first order explains falls with the
         phase's variance v as exp(−(_FIRST v)² looks) =: f; so the best one is (1 + f)/2 of it.

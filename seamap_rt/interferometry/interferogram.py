@@ -50,7 +50,7 @@ class EchoPower:
     width: float  # degrees between looks
 
     def window_mean(self, window: Weights) -> Map:
-        """Of a window."""
+        """Means over a window, without noise."""
         return self.pulses.power_in(*window) - self.noise
 
     @cached_property

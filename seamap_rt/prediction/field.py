@@ -190,8 +190,8 @@ class WaveField(TableMixin):
         return share
 
     def _residual_waves(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
-        """What share (quantity, point) of what was fitted is worth keeping, by what it was to samples, and the waves
-        (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
+        """Share (quantity, point) of the fitted waves to keep, by how well fits to samples agree with these, and the
+        waves (quantity, sample, point) that it leaves open: a fit may be too high where nothing was seen."""
         both = self.samples([each.samples for each in wanted], *points, fitted=True)
         missed, fitted = np.split(both, 2, axis=1)
         alike = np.mean(np.real(np.conj(fitted) * missed), axis=1)
@@ -199,8 +199,7 @@ class WaveField(TableMixin):
         return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
 
     def residual_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
-        """Of the elevation at points: what share of what was fitted is worth keeping (point,), and the waves (sample,
-        point) [m] that this leaves open."""
+        """Share (point,) of the fitted elevation to keep, and the waves (sample, point) [m] that it leaves open."""
         kept, missed = self._residual_waves(self.quantities(["elevation"]), (x, y, time))
         return kept[0], missed[0]
 
@@ -260,7 +259,7 @@ class WaveField(TableMixin):
         return home
 
     def _factors(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
-        """What kinds are of each wave's amplitude, for each lattice."""
+        """Factors of kinds of quantities on each wave's amplitude, for each lattice."""
         return [[lattice.factor(kind, self.spectrum.water) for kind in kinds] for lattice in self.lattices]
 
     def _means(

@@ -43,7 +43,7 @@ class Quantity:
 
     @property
     def is_of_water(self) -> bool:
-        """Of the water that is at a place, wherever it is at home."""
+        """Whether it is a motion of the water that is at a place, wherever that rests."""
         return self.name in WATER
 
 

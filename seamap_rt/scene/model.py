@@ -225,7 +225,7 @@ def scene_of(tree: Mapping[str, Any]) -> Scene:
 
 
 def _fill_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tree with what it leaves out of a recorded sea, by its file."""
+    """The tree with the keys of a recorded sea that it leaves out, by the sea's file."""
     sea = tree.get("sea")
     if not isinstance(sea, Mapping) or sea.get("model") != "recorded":
         return tree

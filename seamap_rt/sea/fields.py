@@ -56,7 +56,7 @@ def from_base(kind: Kind, base: Kind | None) -> InTime | None:
 
 
 def harmonic_factors(factors: InTime, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """By what a sum of derivatives multiplies e^{−iωt}, ω [rad/s]."""
+    """Factors by which a sum of derivatives in time multiplies e^{−iωt}, ω [rad/s]."""
     return np.asarray(polynomial.polyval(-1j * omega, factors), dtype=np.complex128)
 
 

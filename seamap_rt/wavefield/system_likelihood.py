@@ -148,7 +148,7 @@ class _Posterior:
         )
 
     def add_errors(self, found: WaveSystems) -> WaveSystems:
-        """With what the maximum and its curvature do not tell: frequencies of long waves by their whole likelihood, and
+        """Adds what the maximum and its curvature do not state: frequencies of long waves by the whole likelihood, and
         the alternatives."""
         if len(found.systems) < _MOST:
             found = replace(found, alternatives=self._alternatives(found))
@@ -158,7 +158,7 @@ class _Posterior:
         return found
 
     def _add_frequency_error(self, found: WaveSystems, n: int) -> WaveSystems:
-        """With the mean square error of the logarithm of a system's frequency over its profile likelihood, which falls
+        """Adds the mean square error of the logarithm of a system's frequency over its profile likelihood, which falls
         off more slowly towards waves longer than the circle."""
         values, at = _values(found), SYSTEM_VALUES * n + 1
         count = found.covariance.shape[0]
