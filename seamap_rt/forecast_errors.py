@@ -37,7 +37,7 @@ class VerifiedForecasts:
     field: xr.Dataset
 
 
-def came(sea: Sea, forecast: xr.Dataset) -> Array:
+def true_elevation(sea: Sea, forecast: xr.Dataset) -> Array:
     """True elevation [m] (issue, lead, place) at the places, times and course of forecasts."""
     toward = unit_from_azimuth(forecast.attrs["heading_deg"])
     lead = forecast["lead"].values[:, None]

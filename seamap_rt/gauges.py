@@ -79,7 +79,7 @@ def _spectral(gauge: xr.Dataset) -> dict[str, Any]:
     inside = result.wire_frequency <= result.nyquist
     return {
         "nyquist_hz": result.nyquist,
-        "beyond_nyquist_share": result.beyond,
+        "beyond_nyquist_share": result.share_above_nyquist,
         "aliasing": aliasing(result),
         "spectrum": {
             "frequency_hz": result.frequency.tolist(),
@@ -96,7 +96,7 @@ def _spectral(gauge: xr.Dataset) -> dict[str, Any]:
 
 def aliasing(result: GaugeSpectra) -> str:
     """What one height a turn does to the spectrum, in words."""
-    percent = 100.0 * np.nan_to_num(result.beyond)
+    percent = 100.0 * np.nan_to_num(result.share_above_nyquist)
     share = f"{percent:.0f}" if percent >= 10.0 else f"{percent:.2g}"
     return (
         f"one height a turn tells nothing above {result.nyquist:.3g} Hz, half the turn rate; {share} % of "
@@ -160,7 +160,7 @@ class GaugeSpectra(NamedTuple):
         return 0.5 / self.turn_s
 
     @property
-    def beyond(self) -> float:
+    def share_above_nyquist(self) -> float:
         """Share of the wire's variance faster than half the turn rate; NaN where nothing moves."""
         whole = float(self.wire.sum())
         return float(self.wire[self.wire_frequency > self.nyquist].sum()) / whole if whole > 0.0 else float("nan")
@@ -261,7 +261,7 @@ def gauge_series(
         rate = gauges[0].sample_hz
         coords["time"] = np.concatenate([sample_times(int(turn), period, rate) for turn in turns])
         values["true_height"] = sea.judge.elevation(points[:, :1], points[:, 1:], coords["time"])
-        values["seen_true_height"] = _where_known(sea, points, values["seen_time"])
+        values["seen_true_height"] = _known_elevation(sea, points, values["seen_time"])
     if truth is not None:
         ground = truth["ground"].to_dataset()
         cells = [[_Cells(ground.isel(turn=n), point, period) for n in range(turns.size)] for point in points]
@@ -297,11 +297,11 @@ def _mapped(maps: xr.DataTree, points: Array, period: float, antennas: Array) ->
             cells = _Cells(whole["ground"].isel(turn=n), point, period)
             height[number, n], spread[number, n] = cells.mean("height"), cells.mean("height_std")
             time[number, n] = cells.mean("time")
-            quality[number, n] = flags.at(point)
+            quality[number, n] = flags.flags_at(point)
     return {"height": height, "height_std": spread, "seen_time": time, "quality": quality}
 
 
-def _where_known(sea: Sea, points: Array, time: Array) -> Array:
+def _known_elevation(sea: Sea, points: Array, time: Array) -> Array:
     """The surface (gauge, turn) at the points at times (gauge, turn), NaN where there is none."""
     known = np.isfinite(time)
     east, north = (np.broadcast_to(points[:, axis, None], time.shape)[known] for axis in (0, 1))
@@ -315,7 +315,7 @@ class _Cells:
 
     def __init__(self, ground: xr.Dataset, point: Array, period: float) -> None:
         (row, north), (column, east) = (
-            _beside(ground[name].values, at) for name, at in (("y", point[1]), ("x", point[0]))
+            _cell_before(ground[name].values, at) for name, at in (("y", point[1]), ("x", point[0]))
         )
         self._four = ground.isel(y=slice(row, row + 2), x=slice(column, column + 2))
         self._bilinear = np.outer((1.0 - north, north), (1.0 - east, east))
@@ -336,7 +336,7 @@ class _Cells:
         return float(np.sum(weight * np.nan_to_num(values)) / np.sum(weight))
 
 
-def _beside(centres: Array, at: float) -> tuple[int, float]:
+def _cell_before(centres: Array, at: float) -> tuple[int, float]:
     """The cell before a point on an axis, and how far on towards the next one it lies; not 0 … 1 off the grid."""
     before = int(np.clip(np.searchsorted(centres, at, side="right") - 1, 0, centres.size - 2))
     return before, float((at - centres[before]) / (centres[before + 1] - centres[before]))
@@ -353,7 +353,7 @@ class _PolarFlags:
         fall = np.sqrt(np.maximum(np.broadcast_to(slant, ground.shape)[known] ** 2 - ground[known] ** 2, 0.0))
         self._height = float(np.median(fall + polar["height"].values[known])) if known.any() else 0.0
 
-    def at(self, point: Array) -> int:
+    def flags_at(self, point: Array) -> int:
         """Flags of the cell that holds a point; no echo where the map has none."""
         east, north = point - self._antenna
         azimuth, ranges = self._polar["azimuth"].values, self._polar["range"].values

@@ -53,8 +53,8 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> xr.Dataset:
     overall = by_range.pop("overall")
     middles, band = by_range.pop("range_m"), overall.pop("range_m")
     result = xr.Dataset(
-        {name: ("range", _known(values), _attributes(name)) for name, values in by_range.items()}
-        | {f"overall_{name}": ((), _known(value), _attributes(name)) for name, value in overall.items()},
+        {name: ("range", _figure_array(values), _attributes(name)) for name, values in by_range.items()}
+        | {f"overall_{name}": ((), _figure_array(value), _attributes(name)) for name, value in overall.items()},
         {"range": ("range", middles, {"units": "m", "long_name": "middle of the range bin"})},
         {"title": "maps compared with the truth"},
     )
@@ -66,7 +66,7 @@ def _attributes(name: str) -> dict[str, str]:
     return {"units": units, "long_name": meaning}
 
 
-def _known(values: Any) -> NDArray:
+def _figure_array(values: Any) -> NDArray:
     """Figures as an array: counts stay whole, None is NaN."""
     array = np.asarray(values)
     return array if array.dtype.kind in "iu" else np.asarray(values, dtype=np.float64)

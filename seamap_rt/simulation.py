@@ -38,7 +38,7 @@ from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.visibility import water_powers
-from .truth import ground_truth, polar_truth, where_known
+from .truth import ground_truth, mask_unknown, polar_truth
 from .visible_share import VisibleShare
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
@@ -155,16 +155,16 @@ class Simulator:
                 gathered.add(columns, light, surface(light, strain))
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
-        return *gathered.on(mesh.facets), submerged
+        return *gathered.collect(mesh.facets), submerged
 
     def _lights(self, mesh: SurfaceMesh, clock: Stopwatch) -> Iterator[tuple[slice, Illumination]]:
         """The lit facets of the levelled mesh, of a large turn part by part: where all rays stay in their columns, no
         more of it is made than that part."""
-        whole = None if mesh.upright else self._lit(mesh, slice(0, mesh.grid.columns), clock)
+        whole = None if mesh.upright else self._trace_light(mesh, slice(0, mesh.grid.columns), clock)
         for columns in mesh.grid.parts:
-            yield columns, self._lit(mesh, columns, clock) if whole is None else whole.part(columns)
+            yield columns, self._trace_light(mesh, columns, clock) if whole is None else whole.part(columns)
 
-    def _lit(self, mesh: SurfaceMesh, columns: slice, clock: Stopwatch) -> Illumination:
+    def _trace_light(self, mesh: SurfaceMesh, columns: slice, clock: Stopwatch) -> Illumination:
         with clock("mesh"):
             levelled = mesh.levelled_part(columns)
         with clock("trace"):
@@ -246,7 +246,7 @@ class Simulator:
         """The truth of a turn on both grids; cells: what the facets say of the polar one."""
         scene, resolved = self.scene, self.sea.resolved
         ground = ground_truth(self.sea, self.installation, scene.retrieval, number)
-        polar = where_known(cells, self.sea, self.installation, scene.retrieval)
+        polar = mask_unknown(cells, self.sea, self.installation, scene.retrieval)
         if resolved.record_start_s is not None:  # to lay the record's own gauges beside
             zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
             polar, ground = polar.assign_attrs(zero), ground.assign_attrs(zero)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .forecast_errors import Sea, came, warm
+from .forecast_errors import Sea, true_elevation, warm
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def observed_windows(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
     lasts, lead = float(forecasts.attrs["duration_s"]), forecasts["lead"].values[complete]
     fine = np.arange(-lasts, lead[-1] + lasts + 0.5 * _FINE_S, _FINE_S)
     places = {name: forecasts[name].variable for name in ("issued", "east", "north")}
-    height = np.abs(came(sea, xr.Dataset(places, {"lead": fine}, forecasts.attrs)))
+    height = np.abs(true_elevation(sea, xr.Dataset(places, {"lead": fine}, forecasts.attrs)))
     held = [
         height[:, (fine >= begin - 0.5 * _FINE_S) & (fine <= begin + lasts + 0.5 * _FINE_S)].max(axis=1)
         for begin in lead

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.dataset import build
-from seamap_rt.forecast_errors import VerifiedForecasts, came, judge_forecasts, warm
+from seamap_rt.forecast_errors import VerifiedForecasts, judge_forecasts, true_elevation, warm
 
 LEAD = np.arange(0.0, 31.0)
 
@@ -40,9 +40,9 @@ class Plane:
 
 
 def test_the_sea_that_came_is_taken_along_the_way() -> None:
-    still = came(Plane(), made(np.zeros((2, LEAD.size)), 0.1, [5, 6]))
+    still = true_elevation(Plane(), made(np.zeros((2, LEAD.size)), 0.1, [5, 6]))
     np.testing.assert_allclose(still[:, :, 0], 34.0 + 100.0 * (np.array([[0.0], [10.0]]) + LEAD))
-    ahead = came(Plane(), made(np.zeros((2, LEAD.size)), 0.1, [5, 6], heading_deg=90.0, speed_m_s=2.0))
+    ahead = true_elevation(Plane(), made(np.zeros((2, LEAD.size)), 0.1, [5, 6], heading_deg=90.0, speed_m_s=2.0))
     np.testing.assert_allclose(ahead - still, np.broadcast_to(20.0 * LEAD[:, None], ahead.shape), atol=1e-9)
 
 

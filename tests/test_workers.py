@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.compute import machine
-from seamap_rt.compute.machine import Workers, in_blocks
+from seamap_rt.compute.machine import Workers, run_blocks
 
 
 @pytest.mark.parametrize("rows", [0, 1, 32, 33, 200, 1000])
@@ -22,15 +22,15 @@ def test_each_row_is_worked_on_once(rows: int, count: int, monkeypatch: pytest.M
     def work(begin: int, end: int) -> None:
         times[begin:end] += 1
 
-    in_blocks(work, rows)
+    run_blocks(work, rows)
     np.testing.assert_array_equal(times, 1)
 
 
 def test_threads_are_kept() -> None:
-    in_blocks(lambda *_: None, 1000)
+    run_blocks(lambda *_: None, 1000)
     before = {each.ident for each in threading.enumerate()}
     for _ in range(20):
-        in_blocks(lambda *_: None, 1000)
+        run_blocks(lambda *_: None, 1000)
     assert {each.ident for each in threading.enumerate()} <= before
 
 
@@ -47,9 +47,9 @@ def test_an_error_reaches_who_asked_and_ends_nothing_else() -> None:
             raise ValueError("row 64")
 
     with pytest.raises(ValueError, match="row 64"):
-        in_blocks(fail, 200)
+        run_blocks(fail, 200)
     rows: list[int] = []
-    in_blocks(lambda begin, end: rows.extend(range(begin, end)), 200)
+    run_blocks(lambda begin, end: rows.extend(range(begin, end)), 200)
     assert sorted(rows) == list(range(200))
 
 
@@ -58,7 +58,7 @@ def test_work_may_ask_for_threads_itself() -> None:
     inner: list[int] = []
 
     def outer(_: int) -> None:
-        in_blocks(lambda begin, end: inner.append(end - begin), 100)
+        run_blocks(lambda begin, end: inner.append(end - begin), 100)
 
     with Workers(2) as workers:
         list(workers.map(outer, range(4)))
@@ -68,11 +68,11 @@ def test_work_may_ask_for_threads_itself() -> None:
 def test_a_child_that_was_forked_makes_its_own() -> None:
     code = """
 import os, sys
-from seamap_rt.compute.machine import in_blocks
-in_blocks(lambda *_: None, 100)
+from seamap_rt.compute.machine import run_blocks
+run_blocks(lambda *_: None, 100)
 child = os.fork()
 if child == 0:
-    in_blocks(lambda *_: None, 100)
+    run_blocks(lambda *_: None, 100)
     os._exit(7)
 sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """

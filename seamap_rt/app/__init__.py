@@ -214,7 +214,7 @@ class Guard:
             return
         request = _Request(receive, self.most_bytes)
         try:
-            await self.app(scope, request.read, _with_headers(send))
+            await self.app(scope, request.read, _add_headers(send))
         except Exception:
             if not request.gone:  # else a library's complaint that there was nobody left to answer
                 raise
@@ -240,7 +240,7 @@ class _Request:
         return {"type": "http.disconnect"} if self._seen > self._most_bytes else message
 
 
-def _with_headers(send: Any) -> Any:
+def _add_headers(send: Any) -> Any:
     async def sent(message: Any) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)

@@ -21,7 +21,7 @@ from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
 from .page import Image, Images, Page, choice, count_on, draw_images, flat_button, make_stage, number, slider, tile
-from .panels import by_range, range_pictures
+from .panels import errors_by_range, range_pictures
 from .source import Results, Source, error_scale
 
 Array = NDArray[np.floating]
@@ -207,7 +207,7 @@ class Comparison(NamedTuple):
 
 def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Comparison:
     """What is shown of two. whole: with what is of all turns. OSError, IndexError where a run has no such turn."""
-    errors = {name: by_range(each, turn) for name, each in zip(names, (first, second), strict=True)}
+    errors = {name: errors_by_range(each, turn) for name, each in zip(names, (first, second), strict=True)}
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),

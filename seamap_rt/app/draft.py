@@ -75,10 +75,10 @@ def parts_of(tree: Mapping[str, Any]) -> list[Part]:
 @cache
 def list_sections() -> list[ListSection]:
     """The lists of tables that a scene has."""
-    return list(_growing(scene_schema(), ""))
+    return list(_array_sections(scene_schema(), ""))
 
 
-def _growing(section: Schema, path: str) -> Iterator[ListSection]:
+def _array_sections(section: Schema, path: str) -> Iterator[ListSection]:
     for name, key in section["properties"].items():
         below = _join(path, name)
         inner = sections_of(key, scene_schema())
@@ -89,7 +89,7 @@ def _growing(section: Schema, path: str) -> Iterator[ListSection]:
             kinds = tuple(each["properties"][tag]["const"] for each in inner) if tag else ()
             yield ListSection(below, section_label(below), tag, kinds)
         else:
-            yield from _growing(inner[0], below)
+            yield from _array_sections(inner[0], below)
 
 
 def _tag_of(key: Schema) -> str:
@@ -222,7 +222,7 @@ class Draft:
 
     def written(self, key: str) -> Any:
         """As the scene's tree has it; None where it leaves it out."""
-        return _at(self.tree, key)
+        return _node_at(self.tree, key)
 
     @property
     def changed(self) -> dict[str, Any]:
@@ -236,7 +236,7 @@ class Draft:
         """Change a key, or leave it out with None."""
         tree = copy.deepcopy(self.tree)
         above, _, leaf = key.rpartition(".")
-        node = _below(tree, above)
+        node = _make_table(tree, above)
         if value is None:
             node.pop(leaf, None)
         else:
@@ -247,7 +247,7 @@ class Draft:
         """Add a table to a list of tables, with what each must have."""
         tree = copy.deepcopy(self.tree)
         above, _, leaf = path.rpartition(".")
-        entries = _below(tree, above).setdefault(leaf, [])
+        entries = _make_table(tree, above).setdefault(leaf, [])
         entry = ({tag: kind} if tag else {}) | copy.deepcopy(_NEW.get(kind if tag else path, {}))
         if "name" in entry:
             entry["name"] = f"{entry['name']}{len(entries) + 1}"
@@ -258,13 +258,13 @@ class Draft:
         """Take an entry out of a list of tables."""
         tree = copy.deepcopy(self.tree)
         above, index = path.rsplit(".", 1)
-        del _at(tree, above)[int(index)]
+        del _node_at(tree, above)[int(index)]
         self._take(tree)
 
     def kind(self, path: str, tag: str, kind: str) -> None:
         """Make an entry another of several kinds: it keeps the keys that both have."""
         tree = copy.deepcopy(self.tree)
-        entry = _at(tree, path)
+        entry = _node_at(tree, path)
         before, trial = dict(entry), {tag: kind, **_NEW.get(kind, {})}
         entry.clear()
         entry.update(trial)
@@ -336,7 +336,7 @@ _NEW: dict[str, Tree] = {
 }
 
 
-def _below(tree: Tree, path: str) -> Any:
+def _make_table(tree: Tree, path: str) -> Any:
     """The table at a path, made where there is none."""
     node: Any = tree
     for step in path.split(".") if path else ():
@@ -344,7 +344,7 @@ def _below(tree: Tree, path: str) -> Any:
     return node
 
 
-def _at(tree: Any, key: str) -> Any:
+def _node_at(tree: Any, key: str) -> Any:
     node = tree
     for step in key.split("."):
         if isinstance(node, list | tuple) and step.isdecimal():

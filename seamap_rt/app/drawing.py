@@ -200,7 +200,7 @@ def layout(dark: bool, title: str = "", height: int = 260, **more: Any) -> Figur
     }
 
 
-def nothing(dark: bool) -> Figure:
+def empty_figure(dark: bool) -> Figure:
     """Before anything is drawn."""
     return figure([], layout(dark, xaxis={"visible": False}, yaxis={"visible": False}), CONFIG)
 
@@ -266,7 +266,7 @@ class Raster:
     area: NDArray[np.bool_]
     at: tuple[Any, Any]
 
-    def of(self, values: Array) -> Array:
+    def rasterize(self, values: Array) -> Array:
         """A field of the map on the raster."""
         found = values[self.at]
         return found if isinstance(self.at[0], slice) else np.where(self.area, found, np.nan)
@@ -340,6 +340,6 @@ class MapPanels(NamedTuple):
     @classmethod
     def of(cls, panels: Sequence[Panel], raster: Raster, fields: Sequence[Array]) -> MapPanels:
         """fields: of each panel, on the cells of its map."""
-        values = [raster.of(each) for each in fields]
+        values = [raster.rasterize(each) for each in fields]
         drawn = [picture(each, raster.area, panel.scale) for panel, each in zip(panels, values, strict=True)]
         return cls(panels, raster, values, drawn)

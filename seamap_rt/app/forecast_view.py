@@ -17,7 +17,7 @@ from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
 from ..io.turn_files import GrowingFile, part_of, read_whole_turns
-from ..report.forecast_figures import BoatForecast, ahead_picture, by_lead, verified_picture, window_picture
+from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
 from . import drawing
@@ -97,7 +97,7 @@ def view_forecast(
         return None
     if came is None:
         return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark))
-    at, verified = came.at(ahead.issue), came.verified
+    at, verified = came.issue_before(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
     words = _in_words(came, lead)
@@ -128,7 +128,7 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = self.view.page.server.verifications.known(folder)
+        came = self.view.page.server.verifications.find_finished(folder)
         if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long
@@ -200,7 +200,7 @@ def _words(ahead: BoatForecast) -> str:
 
 def _in_words(came: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
-    forecasts, errors = came.verified.forecasts, by_lead(came.verified)
+    forecasts, errors = came.verified.forecasts, errors_by_lead(came.verified)
     judged = warm(forecasts)
     mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
     error = mean - came.verified.truth[judged, lead, 0]

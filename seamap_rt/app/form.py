@@ -99,14 +99,14 @@ class Form:
     def _delete(self, part: Part) -> None:
         """An entry of a list, when it is asked for twice."""
 
-        def sure() -> None:
+        def confirm() -> None:
             asked.close()
             self._restructure(self.draft.remove, part.path)
 
         with ui.dialog(value=True) as asked, ui.card():
             ui.label(f"Delete {part.label} from the design? Undo brings it back.")
             with ui.row():
-                ui.button("Delete it", icon="delete", on_click=sure).props("no-caps")
+                ui.button("Delete it", icon="delete", on_click=confirm).props("no-caps")
                 ui.button("Keep it", on_click=asked.close).props("flat no-caps")
 
     def _adding(self) -> None:
@@ -148,15 +148,15 @@ class Form:
         kind = kind_of_field(field.key)
         if kind is not None:
 
-            def taken(path: Path) -> None:
+            def take_upload(path: Path) -> None:
                 element.value = str(path)
                 self._edited(field, element)
 
-            def said(line: str) -> None:
+            def show_error(line: str) -> None:
                 element.error = line or None
 
             with element.add_slot("append"):
-                upload_button(self.draft.roots, kind, said, taken)
+                upload_button(self.draft.roots, kind, show_error, take_upload)
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)

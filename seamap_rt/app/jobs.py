@@ -112,8 +112,8 @@ class Queue:
         with self._change:
             return sorted(self._jobs.values(), key=lambda job: job.asked, reverse=True)
 
-    def of_folder(self, folder: str) -> Job | None:
-        """The last one that writes, or wrote, into a folder."""
+    def job_of_folder(self, folder: str) -> Job | None:
+        """The last job that writes, or wrote, into a folder."""
         return next((job for job in self.jobs() if job.folder == folder), None)
 
     def progress(self, job: Job) -> Progress:

@@ -29,7 +29,7 @@ class MapsPanel:
         self._page, self._picked = page, picked
         self._shown: MapPanels | None = None
         self._drawn = False  # by the browser, which loads the graphs' code first
-        self.plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("maps")
+        self.plot = ui.plotly(drawing.empty_figure(page.dark)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
@@ -93,7 +93,7 @@ def maps_graph(shown: MapPanels, width: int, height: int, dark: bool, line: Any 
     """Panels in as many columns as make them largest in a window [pixels]; on a phone one below the other. line: from
     where to where one is drawn on each, as pairs of east and north [m]."""
     count = len(shown.panels)
-    west, east, south, north = _seen(shown)
+    west, east, south, north = _first_view(shown)
     inner = max(min(width, 1900) - 92, 240)  # without the margins of the page and of the graph
 
     def size(columns: int) -> tuple[float, int, int, float]:
@@ -146,7 +146,7 @@ def maps_graph(shown: MapPanels, width: int, height: int, dark: bool, line: Any 
     return drawing.figure(data, look, drawing.CONFIG)
 
 
-def _seen(shown: MapPanels) -> tuple[float, float, float, float]:
+def _first_view(shown: MapPanels) -> tuple[float, float, float, float]:
     """West, east, south and north of the part that is shown first: where all panels have values."""
     raster, (west, east, south, north) = shown.raster, shown.raster.box
     rows, columns = np.nonzero(np.all([np.isfinite(each) for each in shown.values], axis=0))

@@ -62,9 +62,9 @@ class ServerState:
 
         return Verifications()
 
-    def awaited(self, folder: str) -> bool:
+    def is_awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
-        job, path = self.queue.of_folder(folder), self.roots.runs / folder
+        job, path = self.queue.job_of_folder(folder), self.roots.runs / folder
         return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
 
     def free_folder(self, wanted: str) -> str:

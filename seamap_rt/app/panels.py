@@ -56,19 +56,19 @@ class Section:
         results, ground = source.results, source.ground_m
         look = int(np.argmin(np.abs(wrap_degrees(source.layout.azimuth - azimuth_deg))))
 
-        def along(name: str) -> Array:
+        def read_look(name: str) -> Array:
             known = results.has_truth if name.startswith("truth/") else results.has_maps
             return results.field(name, index)[look].astype(np.float64) if known else np.full(ground.size, np.nan)
 
-        placed = along("maps/polar/ground_range")
+        placed = read_look("maps/polar/ground_range")
         return cls(
             azimuth_deg=float(source.layout.azimuth[look] % 360.0),
             ground_m=ground,
-            true=along("truth/polar/height"),
-            visible=along("truth/polar/visible_fraction"),
+            true=read_look("truth/polar/height"),
+            visible=read_look("truth/polar/visible_fraction"),
             placed_m=np.where(np.isfinite(placed), placed, ground),
-            retrieved=along("maps/polar/height"),
-            spread=along("maps/polar/height_std"),
+            retrieved=read_look("maps/polar/height"),
+            spread=read_look("maps/polar/height_std"),
             antenna_m=source.height_m,
         )
 
@@ -92,10 +92,10 @@ class SectionPanel:
         self.view = view
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
             ui.label("Look").classes("text-sm")
-            self.slider = slider("Azimuth of the look", "azimuth", self._turned, 0, 359, round(view.azimuth) % 360)
-        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("section")
+            self.slider = slider("Azimuth of the look", "azimuth", self._turn_view, 0, 359, round(view.azimuth) % 360)
+        self.plot = ui.plotly(drawing.empty_figure(view.page.dark)).classes("w-full").mark("section")
 
-    def _turned(self) -> None:
+    def _turn_view(self) -> None:
         self.view.set_azimuth(float(self.slider.value or 0.0))
 
     async def show(self, source: Source, turn: int) -> None:
@@ -202,7 +202,7 @@ def _robust(error: Array) -> Any:
     return reduce.MAD_TO_STD * np.nanmedian(np.abs(error - np.nanmedian(error)))
 
 
-def by_range(source: Source, index: int) -> curves.ByRange:
+def errors_by_range(source: Source, index: int) -> curves.ByRange:
     """Errors of a turn by ground range, what it states of them, and how much is seen."""
     results, field = source.results, source.results.field
     blank = np.full((source.layout.azimuth.size, source.layout.range.size), np.nan)
@@ -244,7 +244,7 @@ def by_range(source: Source, index: int) -> curves.ByRange:
 def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
     expected = prospects(source.scene) if source.scene is not None else None  # by floors and closed forms
-    return Content("", draw_images(range_pictures({"": by_range(source, turn)}, expected), dark))
+    return Content("", draw_images(range_pictures({"": errors_by_range(source, turn)}, expected), dark))
 
 
 def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -276,7 +276,7 @@ def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None
 
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
-    section, errors = Section.of(source, azimuth_deg, index), by_range(source, index)
+    section, errors = Section.of(source, azimuth_deg, index), errors_by_range(source, index)
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     return csv_text([
         [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],

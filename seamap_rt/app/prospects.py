@@ -119,14 +119,14 @@ def _figures(
             yield "error", "Height error, 50–200 m", rms, "m", 3, -1
         far = ahead.figures[half_range_key(scene.scattering.polarization)]
         yield "half_visible", "Half of the sea seen by radar to", far, "m", 0, 1
-    yield from _of_sea(scene, waves)
-    yield from _of_radar(scene, slant, snr, noise)
+    yield from _sea_figures(scene, waves)
+    yield from _radar_figures(scene, slant, snr, noise)
     yield "facets", "Facets a turn", float(scene.detail.facets or 0), "", 0, 0
     yield "memory", "Memory", run_bytes(scene) / 1e9, "GB", 1, -1
     yield "seconds", "A run takes", run_seconds(scene), "s", 0, -1
 
 
-def _of_sea(scene: Scene, waves: ResolvedWaves | None) -> Figures:
+def _sea_figures(scene: Scene, waves: ResolvedWaves | None) -> Figures:
     sigma = waves.elevation_std if waves is not None else 0.0
     facts = [f for f in (wave_facts(each, scene.sea.depth_m) for each in scene.sea.waves) if f is not None]
     main = max(facts, key=lambda each: each.height, default=None)
@@ -137,7 +137,7 @@ def _of_sea(scene: Scene, waves: ResolvedWaves | None) -> Figures:
         yield "steepness", "Steepness Hs/λ", 4.0 * sigma * k / (2.0 * np.pi), "", 3, 0
 
 
-def _of_radar(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
+def _radar_figures(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
     radar, far = scene.radar, scene.radar.range_m[1]
     yield "snr_reach", "One pulse's echo over noise to", _furthest(slant, snr), "m", 0, 1
     for at in (100.0, 200.0):
@@ -208,31 +208,31 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene) -> Iterato
             for each, dash, tail in both
         ]
 
-    def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Curve]:
+    def outlook_curves(name: str, words: str, colour: str, factor: float = 1.0) -> list[Curve]:
         return [
             Curve(f"{words}{tail}", each.ahead_ground_m, factor * each.ahead.profile[name], colour, dash)
             for each, dash, tail in both
             if each.ahead is not None
         ]
 
-    def by_range(y_label: str, drawn: Sequence[Curve], **more: Any) -> Graph:
+    def graph(y_label: str, drawn: Sequence[Curve], **more: Any) -> Graph:
         return Graph("Ground range (m)", y_label, drawn, x_span=(0.0, float(found.ground_m[-1])), **more)
 
     seen = [
-        *ahead("visible_fraction", "in sight", style.BLUE, 100.0),
-        *ahead("quality", "measured", style.GREEN, 100.0),
+        *outlook_curves("visible_fraction", "in sight", style.BLUE, 100.0),
+        *outlook_curves("quality", "measured", style.GREEN, 100.0),
     ]
     seen += [each._replace(y=100.0 * each.y) for each in analytic_shares(found.ground_m, found.smith, found.wagner)]
-    yield "visible", "Share of the sea that is in sight, and that is measured", by_range("%", seen, y_span=(0.0, 102.0))
-    error = ahead("height_error", "of the map", style.VERMILION)
+    yield "visible", "Share of the sea that is in sight, and that is measured", graph("%", seen, y_span=(0.0, 102.0))
+    error = outlook_curves("height_error", "of the map", style.VERMILION)
     error += curves("ground_m", "noise_error_m", "noise of one dwell", style.GREY)
-    yield "error", "Height error", by_range("m", error, log=True)
+    yield "error", "Height error", graph("m", error, log=True)
     snr = curves("ground_m", "snr_db", "", style.GREEN)
-    yield "snr", "One pulse's echo of the mean sea over noise", by_range("dB", snr)
+    yield "snr", "One pulse's echo of the mean sea over noise", graph("dB", snr)
     places = [at for at in (20.0, 50.0, scene.radar.range_m[1]) if at > scene.radar.height_m]
     marks = [(-float(np.degrees(np.arcsin(scene.radar.height_m / at))), f"{at:.0f} m") for at in places]
     beam = curves("beam_deg", "beam_db", "", style.BLUE)
     title, span = "Beam up and down, and where the sea is", (-40.0, 1.0)
     yield "beam", title, Graph("Elevation (°)", "dB under the peak", beam, "", (-45.0, 30.0), span, marks=marks)
     cycle = curves("ground_m", "ambiguity_m", "", style.ORANGE)
-    yield "cycle", "Height that a phase cycle is worth", by_range("m", cycle)
+    yield "cycle", "Height that a phase cycle is worth", graph("m", cycle)

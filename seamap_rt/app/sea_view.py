@@ -181,7 +181,7 @@ def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, ND
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     down, along = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     x, y, height = x[along], y[down], height[down, along]
-    lit = _in_sight(source, turn, x, y) if source.results.has_truth else np.ones(height.shape)
+    lit = _visible_fraction(source, turn, x, y) if source.results.has_truth else np.ones(height.shape)
     limit = float(np.nanquantile(np.abs(height), 0.995)) if np.isfinite(height).any() else 1.0
     return x, y, height, lit, max(limit, 0.05)
 
@@ -193,7 +193,7 @@ def _heights(source: Source, turn: int, retrieved: bool) -> Array:
     return results.field("truth/ground/height" if true else "maps/ground/height", turn).astype(np.float64)
 
 
-def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> Array:
+def _visible_fraction(source: Source, turn: int, x: NDArray, y: NDArray) -> Array:
     visible = source.results.field("truth/polar/visible_fraction", turn)
     east, north = np.meshgrid(x, y)
     bearing = np.degrees(np.arctan2(east, north))
@@ -214,7 +214,7 @@ class SeaPanel:
             self._camera = ui.toggle(_VIEWS, value="above", on_change=view.redraw).props("dense no-caps").mark("camera")
             self._camera.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
-        self.plot = ui.plotly(drawing.nothing(view.page.dark)).classes("w-full").mark("sea-3d")
+        self.plot = ui.plotly(drawing.empty_figure(view.page.dark)).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
             self._picture.props('alt="The sea as one sees it from the mast"')
@@ -241,7 +241,7 @@ class SeaPanel:
         retrieved = bool(self._retrieved.value)
         if mast:
             azimuth = float(self._look.value or 0.0)
-            made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
+            made = await drawing.slow(draw_from_mast, source, turn, retrieved, azimuth)
             self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
@@ -265,7 +265,7 @@ class SeaPanel:
         scene, server = source.scene, self.view.page.server
         name = source.results.folder.relative_to(server.roots.runs).as_posix()
         folder = f"{name}_sea_{turn_name(source.results.turns()[turn]).replace(' ', '')}"
-        if scene is not None and not server.awaited(folder):
+        if scene is not None and not server.is_awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             server.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)
@@ -304,7 +304,7 @@ def _eye(camera: str, apart: float) -> drawing.Figure:
     return {"eye": {name: apart * at for name, at in zip("xyz", eye, strict=True)}, "up": {"x": 0, "y": 0, "z": 1}}
 
 
-def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
+def draw_from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
     """What one sees at the antennas' height, a JPEG: of all cells, not of every second one."""
     height = _heights(source, turn, retrieved)
     known = np.isfinite(height) | ~source.seen(turn)

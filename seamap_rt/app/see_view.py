@@ -62,7 +62,7 @@ class SeeView:
             self._button.mark("play")
             for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
                 round_button(words, icon=icon, on_click=partial(self._step, step))
-            self._slider = slider("Turn", "turn", lambda: self._to(int(self._slider.value or 1) - 1))
+            self._slider = slider("Turn", "turn", lambda: self._go_to_turn(int(self._slider.value or 1) - 1))
             self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
         self._views: Any = ui.tabs().props("dense no-caps outside-arrows mobile-arrows align=left")
         with self._views:
@@ -157,13 +157,13 @@ class SeeView:
             at_end = self.tab.turn < 0 or self.tab.turn >= len(self._turns) - 1
             self._turns = turns
             count_on(self._slider, len(turns))
-            self._to(len(turns) - 1 if at_end else min(self.tab.turn, len(turns) - 1))
+            self._go_to_turn(len(turns) - 1 if at_end else min(self.tab.turn, len(turns) - 1))
 
     def _is_study(self, folder: Path) -> bool:
         """Whether a folder has no turns but is shown all the same; then it is."""
         if self._study == self.tab.run:
             return True
-        kind, job = kind_of(folder), self.page.server.queue.of_folder(self.tab.run)
+        kind, job = kind_of(folder), self.page.server.queue.job_of_folder(self.tab.run)
         if kind not in _STUDIES or (job is not None and not job.over):
             return False
         self._study = self.tab.run
@@ -189,7 +189,7 @@ class SeeView:
             part.set_visibility(turns)
 
     def _show_waiting(self, why: str = "") -> None:
-        job = self.page.server.queue.of_folder(self.tab.run)
+        job = self.page.server.queue.job_of_folder(self.tab.run)
         if job is not None and not job.over:
             line = self.page.server.queue.progress(job).line
             turns = job.words[0] in ("run", "retrieve", "simulate")
@@ -258,14 +258,14 @@ class SeeView:
 
     # ------------------------------------------------------------------------------------------------- the time
 
-    def _to(self, turn: int) -> None:
+    def _go_to_turn(self, turn: int) -> None:
         self.tab.turn = turn
         self._slider.value = turn + 1
         self.redraw()
 
     def _step(self, by: int) -> None:
         if self._turns:
-            self._to((self.tab.turn + by) % len(self._turns))
+            self._go_to_turn((self.tab.turn + by) % len(self._turns))
 
     def _toggle(self) -> None:
         self._playing = not self._playing and len(self._turns) > 1

@@ -190,11 +190,11 @@ class TradeView:
             ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
-            self._choice = choice("Trade", "trade-choice", self._again)
-            self._measure = choice("Measure", "trade-measure", self._again, MEASURES, value=next(iter(MEASURES)))
+            self._choice = choice("Trade", "trade-choice", self._refresh)
+            self._measure = choice("Measure", "trade-measure", self._refresh, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
-        self._plot = ui.plotly(drawing.nothing(page.dark)).classes("w-full").mark("trade-graph")
+        self._plot = ui.plotly(drawing.empty_figure(page.dark)).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
@@ -276,7 +276,7 @@ class TradeView:
 
     # ---------------------------------------------------------------------------------------------- showing
 
-    async def _again(self) -> None:
+    async def _refresh(self) -> None:
         self._count = -1
         await self._look()
 
@@ -291,7 +291,7 @@ class TradeView:
             return
         folder = self.page.server.roots.runs / str(name)
         points = await asyncio.to_thread(read_points, folder)
-        job = self.page.server.queue.of_folder(str(name))
+        job = self.page.server.queue.job_of_folder(str(name))
         if job is not None and not job.over:
             self._said.set_text(self.page.server.queue.progress(job).line)
         elif job is not None and job.reason:
@@ -341,7 +341,7 @@ class TradeView:
         if point is None:
             self._point_said.set_text("")
             return
-        there = self.page.server.awaited(folder_of_point(trade, point))
+        there = self.page.server.is_awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
         self._point_said.set_text(
             "Its maps are there, or come." if there else
@@ -355,7 +355,7 @@ class TradeView:
         if point is None:
             return
         name = folder_of_point(trade, point)
-        if not server.awaited(name):
+        if not server.is_awaited(name):
             try:
                 scene = scene_of_point(server.roots.runs / trade, point, server.roots)
             except InputError as refusal:

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..forecast_errors import VerifiedForecasts, came, warm
+from ..forecast_errors import VerifiedForecasts, true_elevation, warm
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
 
@@ -35,8 +35,8 @@ class Verification:
     windows: Windows | None
     scores: dict[str, Any]
 
-    def at(self, turn: int) -> int | None:
-        """Of the issues, the place of the last one up to a turn by its number from 0."""
+    def issue_before(self, turn: int) -> int | None:
+        """Index of the last issue up to a turn, by the turn's number from 0."""
         held = np.flatnonzero(self.verified.forecasts["issue"].values <= turn)
         return int(held[-1]) if held.size else None
 
@@ -70,14 +70,14 @@ class Verifications:
         key = _key(folder)
         if not key[1]:
             raise InputError("no finished forecasts are here")
-        if key not in self._kept or (self._kept[key].done() and self.known(folder) is None):
+        if key not in self._kept or (self._kept[key].done() and self.find_finished(folder) is None):
             self._kept[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
             while len(self._kept) > _MOST_KEPT:
                 self._kept.popitem(last=False)
         return await asyncio.shield(self._kept[key])
 
-    def known(self, folder: Path) -> Verification | None:
-        """What is known of a folder already."""
+    def find_finished(self, folder: Path) -> Verification | None:
+        """The finished verification of a folder; None where there is none yet."""
         held = self._kept.get(_key(folder))
         known = held is not None and held.done() and not held.cancelled() and held.exception() is None
         return held.result() if held is not None and known else None
@@ -110,4 +110,5 @@ def verify_folder(folder: Path) -> Verification:
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
     scores = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Verification(VerifiedForecasts(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, scores)
+    verified = VerifiedForecasts(forecasts, true_elevation(sea.judge, forecasts), xr.Dataset())
+    return Verification(verified, windows, scores)

@@ -135,7 +135,7 @@ def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:
 def _modes_per_wave(turn: TurnSpectrum) -> float:
     """How many modes of the lattice, which is finer than a sea of area A asks, hold one wave: (2π/Δk)²/A."""
     polar_map, bins = turn.polar_map, turn.bins
-    inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+    inside = polar_map.known & bins.covers(bins.glimpsed, polar_map.distance)
     step = float(np.median(np.diff(turn.spectrum.ring_wavenumber)))  # rings are one step wide
     return (2.0 * np.pi / step) ** 2 / float(polar_map.cells(inside).weight.sum())
 

@@ -72,7 +72,7 @@ def pool() -> Workers:
     return kept_workers(threads())
 
 
-def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
+def run_blocks(work: Callable[[int, int], None], rows: int) -> None:
     """Call work(begin, end) for blocks of so many rows, in threads. Each row must have the same bits in any block."""
     if rows <= _BLOCK:
         work(0, rows)

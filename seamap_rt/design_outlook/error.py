@@ -190,25 +190,25 @@ class Spectrum:
         density = 0.5 * variance / area[:, None]
         return cls(np.sqrt(low * high)[:, None], np.cos(turned), np.sin(turned), variance, density)
 
-    def kept(self, along: float, across: float) -> Array:
+    def amplitude_share(self, along: float, across: float) -> Array:
         """Share (k, sector) of each wave's amplitude in means over an area of these standard deviations [m]."""
         return np.exp(
             -0.5 * ((self.wavenumber * self.along * along) ** 2 + (self.wavenumber * self.across * across) ** 2)
         )
 
-    def left(self, design: Design, distance: float, noise: Array) -> Array:
+    def wiener_error(self, design: Design, distance: float, noise: Array) -> Array:
         """Error variance [m²] (look, noise) of cells at that distance [m], for noise densities [m⁴]."""
-        transfer = self.kept(design.pulse, design.beam * distance) ** 2
+        transfer = self.amplitude_share(design.pulse, design.beam * distance) ** 2
         sides = self.wavenumber * self.along * design.cell_m, self.wavenumber * self.across * design.cell_rad * distance
         mean = (np.sinc(sides[0] / (2.0 * np.pi)) * np.sinc(sides[1] / (2.0 * np.pi))) ** 2 * self.variance
         level = noise[:, None, None, None]
         return np.sum(mean * level / (self.density * transfer + level), axis=(2, 3)).T
 
-    def within(self, design: Design, distance: float) -> tuple[float, float]:
+    def dwell_variance(self, design: Design, distance: float) -> tuple[float, float]:
         """Variance [m²] of heights within a dwell's area: what varies across it, and along it."""
         variance = self.variance.mean(axis=0)
-        along = self.kept(design.pulse, 0.0) ** 2
-        both = along * self.kept(0.0, design.beam * distance) ** 2
+        along = self.amplitude_share(design.pulse, 0.0) ** 2
+        both = along * self.amplitude_share(0.0, design.beam * distance) ** 2
         return float(np.sum(variance * (along - both))), float(np.sum(variance * (1.0 - along)))
 
 
@@ -217,7 +217,7 @@ def information(design: Design, spectrum: Spectrum, snr: Array) -> Array:
     pulse."""
     ground = design.ground
     nodes = _nodes(ground.size)
-    across, along = np.array([spectrum.within(design, float(each)) for each in ground[nodes]]).T
+    across, along = np.array([spectrum.dwell_variance(design, float(each)) for each in ground[nodes]]).T
     rough = np.interp(ground, ground[nodes], across)
     # Even a flat sea's phase turns within a pulse: by its length along the range, height differs by its tangent.
     tilted = np.interp(ground, ground[nodes], along) + (design.pulse * design.height / ground) ** 2
@@ -240,7 +240,7 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
     noise = np.minimum(1.0 / np.maximum(4.0 * np.pi**2 * known, 1e-30), most)
     nodes = _nodes(ground.size)
     levels = np.geomspace(0.99 * noise.min(), 1.01 * noise.max(), _LEVELS)
-    tables = np.stack([spectrum.left(design, float(ground[n]), levels) for n in nodes])  # (node, look, level)
+    tables = np.stack([spectrum.wiener_error(design, float(ground[n]), levels) for n in nodes])  # (node, look, level)
     tables = np.log(np.maximum(tables, 1e-12))
     place = np.interp(np.arange(ground.size), nodes, np.arange(nodes.size))
     node = np.minimum(place.astype(int), max(nodes.size - 2, 0))
@@ -251,10 +251,10 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
     look = (np.arange(noise.shape[0]) % tables.shape[1])[:, None]
     beyond = np.minimum(node + 1, nodes.size - 1)
 
-    def along_noise(n: NDArray[np.intp]) -> Array:
+    def interpolate_noise(n: NDArray[np.intp]) -> Array:
         return tables[n, look, level] * (1.0 - by_noise) + tables[n, look, level + 1] * by_noise
 
-    filtered = np.exp(along_noise(node) * (1.0 - by_range) + along_noise(beyond) * by_range)
+    filtered = np.exp(interpolate_noise(node) * (1.0 - by_range) + interpolate_noise(beyond) * by_range)
     looks = np.clip(np.round(ACROSS_M / (ground * design.width)), 1, MOST_LOOKS)
     area = 2.0 * _GATES * design.spacing * (2.0 * looks + 1.0) * ground * design.width
     return np.maximum(filtered, 1.0 / (1.0 / max(sea, 1e-12) + known * area))

@@ -147,7 +147,7 @@ def estimate_outlook(scene: Scene) -> Outlook:
     eye = radar.height_m - 0.5 * design.baseline + (np.zeros(STARTS) if motion is None else motion.rise)
     seen = sight(surface, eye, (near, far), table * facing, in_sight)
     nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
-    cell, dwell, window = (_across(width) for width in _widths(design))
+    cell, dwell, window = (_cross_look_weights(width) for width in _widths(design))
     unity = snr_of_unity(radar, design.ranges, None if motion is None else motion.lean)
     unity = np.broadcast_to(unity, (looks.size, design.ranges.size))[:, None]
     visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
@@ -186,7 +186,7 @@ def estimate_outlook(scene: Scene) -> Outlook:
         "fully_measured_radius_m"
     ]
     profiles = dict(zip(_VARIABLES, profile, strict=True))
-    return Outlook(design.ranges, profiles, radar_visible, figures, _left_out(scene), moves)
+    return Outlook(design.ranges, profiles, radar_visible, figures, _unmodelled_parts(scene), moves)
 
 
 def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
@@ -205,7 +205,7 @@ def _half_ranges(ground: Array, visible: Array, radar_visible: Array) -> dict[st
     return dict(zip(_HALF_RANGES.values(), map(float, found), strict=True))
 
 
-def _left_out(scene: Scene) -> str:
+def _unmodelled_parts(scene: Scene) -> str:
     """Parts of this scene that the outlook does not model."""
     left = {
         "objects and the boat's own structure": bool(scene.objects),
@@ -222,7 +222,7 @@ def _widths(design: Design) -> tuple[Array, Array, Array]:
     return design.cell_rad / np.sqrt(12.0) * ground, design.beam * ground, window * ground
 
 
-def _across(std: Array) -> Array:
+def _cross_look_weights(std: Array) -> Array:
     """Weights (centre, row, gate) of means across the look, of a standard deviation [m] (gate,)."""
     apart = np.arange(ROWS)[None] - _CENTRES[:, None]
     offset = ROW_M * ((apart + ROWS // 2) % ROWS - ROWS // 2)[..., None]
@@ -293,8 +293,8 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
         error, snr, score = (here[name] for name in ("height_error", "snr_db", "quality"))
         error = error if 100.0 * here["answered_fraction"] > _NOTHING else np.nan
         yield (
-            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_at_least(error, 1e-3):>16}  "
-            f"{written(snr, 0):>8}  {_at_least(score, 5e-4):>5}"
+            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_format_with_floor(error, 1e-3):>16}  "
+            f"{written(snr, 0):>8}  {_format_with_floor(score, 5e-4):>5}"
         )
 
 
@@ -320,6 +320,6 @@ def _share(value: float) -> str:
     return written(share if share > _NOTHING else 0.0 * share, 0) + (" %" if np.isfinite(share) else "")
 
 
-def _at_least(value: float, least: float) -> str:
+def _format_with_floor(value: float, least: float) -> str:
     """With two digits; what is less than the least that counts is none."""
     return f"<{least:g}" if value < least else written(value, 2)

@@ -76,7 +76,7 @@ def facet_paths(
     ahead, aside = (facets.distance * function(facets.angle) for function in (np.cos, np.sin))
     positions = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
     velocities = (facets.velocity_look, facets.velocity_up)
-    _to_antennas(
+    _fill_antenna_paths(
         *flat,
         positions,
         velocities,
@@ -127,7 +127,7 @@ class _ArrayMotion(NamedTuple):
 
 
 @compiled
-def _to_antennas(column, facet, positions, velocities, array, ranges, difference, coming, sine):
+def _fill_antenna_paths(column, facet, positions, velocities, array, ranges, difference, coming, sine):
     """Fill ranges [m], their differences to the first antenna's and radial velocities [m/s], (antenna, n), and the
     direction cosines up the array (n,) of facets with these numbers (n,).
 

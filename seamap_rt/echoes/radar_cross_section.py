@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
 from ..scattering import MEAN_MODELS, ShortWaves, mean_level
@@ -66,15 +66,15 @@ class SeaSurface:
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
-            power = np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), np.float32(0.0))
+            power = np.where(_reached(facets), _visible_power(facets, self.even_power(facets)), np.float32(0.0))
             return Returns(np.ascontiguousarray(power), self.motion_of(facets, None), self.drift(facets))
         if self.scattering.nrcs != "two_scale":
             power = self._scaled(facets, self._mean_power(facets))
             return Returns(power, self.motion_of(facets, None), self.drift(facets))
-        lit = None if self.spikes is None else self.spikes.on(facets)
+        lit = None if self.spikes is None else self.spikes.evaluate(facets)
         bright = None if lit is None else lit.factor
         if self.texture is not None:
-            patches = self.texture.on(facets, self.grazing(facets))
+            patches = self.texture.evaluate(facets, self.grazing(facets))
             bright = patches if bright is None else patches * bright
         rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
         scale, parts = self.scale, None
@@ -83,7 +83,7 @@ class SeaSurface:
             parts = tuple(each.astype(np.float32) for each in given)
 
         def fill(reached: ReachedFacets, terms: Terms) -> None:
-            broken = terms.breaking if bright is None else terms.breaking * reached.of(bright)
+            broken = terms.breaking if bright is None else terms.breaking * reached.select(bright)
             total = terms.bragg + terms.specular + broken
             reached.put(breaking, broken / np.maximum(total, _DARK))
             if scale is not None and parts is not None:
@@ -92,7 +92,7 @@ class SeaSurface:
                 total = total * scale.factor(level[facet], depth[facet], flat[column], lean[column])
             reached.put(rcs, total)
 
-        self._each_block(facets, strain, fill)
+        self._visit_blocks(facets, strain, fill)
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
         running = self.drift(facets)
         if lit is not None and motion is not None:
@@ -147,10 +147,10 @@ class SeaSurface:
             for term, values in zip(terms, found, strict=True):
                 reached.put(term, values)
 
-        self._each_block(facets, strain, fill)
+        self._visit_blocks(facets, strain, fill)
         return terms
 
-    def _each_block(
+    def _visit_blocks(
         self,
         facets: Illumination,
         strain: NDArray[np.float32] | None,
@@ -166,19 +166,19 @@ class SeaSurface:
             found = ReachedFacets.of_block(reached, begin, end)
             column, facet = found.column, found.facet
             if facets.ray_slope is None:
-                fall = (level[column] - found.of(facets.height)).astype(np.float32) / distance[facet]
+                fall = (level[column] - found.select(facets.height)).astype(np.float32) / distance[facet]
             else:
-                fall = found.of(facets.ray_slope).astype(np.float32)
-            look, cross = (found.of(each).astype(np.float32) for each in (facets.slope_look, facets.slope_cross))
+                fall = found.select(facets.ray_slope).astype(np.float32)
+            look, cross = (found.select(each).astype(np.float32) for each in (facets.slope_look, facets.slope_cross))
             sine = 1.0 / np.sqrt(1.0 + fall * fall)  # of the incidence
-            squeezed = np.zeros(1, dtype=np.float32) if strain is None else found.of(strain)
+            squeezed = np.zeros(1, dtype=np.float32) if strain is None else found.select(strain)
             levels = sea.nrcs(sine, fall * sine, look, cross, along[column], across[column], squeezed)
             true_area = area[facet] * np.sqrt(1.0 + look * look + cross * cross)
             if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
-                true_area *= found.of(facets.facing_in_sight)
+                true_area *= found.select(facets.facing_in_sight)
             take(found, Terms(*(each * true_area for each in levels)))
 
-        in_blocks(work, len(reached))
+        run_blocks(work, len(reached))
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
         """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.
@@ -191,7 +191,7 @@ class SeaSurface:
         return mean_level(self.scattering, grazing, self.radar.frequency_hz, wind_angle=wind)
 
     def _mean_power(self, facets: Illumination) -> NDArray[np.float32]:
-        return np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), 0.0)
+        return np.where(_reached(facets), _visible_power(facets, self.even_power(facets)), 0.0)
 
     def even_power(self, facets: Facets) -> NDArray[np.float32]:
         """Radar cross-sections [m²] of whole facets, lit or not, where they do not depend on the waves: (column or 1,
@@ -282,7 +282,7 @@ class ReachedFacets(NamedTuple):
         facet = (place - column * np.intp(part.shape[1])).astype(np.int32)
         return cls(slice(begin, end), column + np.int32(begin), facet, place)
 
-    def of(self, field: NDArray[Any]) -> NDArray[Any]:
+    def select(self, field: NDArray[Any]) -> NDArray[Any]:
         """A field (column, facet) on them (n,)."""
         return field[self.columns].reshape(-1).take(self.place)
 
@@ -297,8 +297,8 @@ def two_way_power(facets: Illumination) -> NDArray[np.float32]:
     return np.square(light.mean(axis=0, dtype=np.float32))
 
 
-def _in_sight(facets: Illumination, whole: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Of what would come from whole facets that part which waves on them do not hide."""
+def _visible_power(facets: Illumination, whole: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Echo of whole facets, less the part that waves on them hide."""
     return whole if facets.in_sight is None else whole * facets.in_sight
 
 
@@ -346,16 +346,17 @@ class TurnAccumulator:
             self._arrays[name] = np.empty(shape, part.dtype)
         return self._arrays[name]
 
-    def on(self, facets: Facets) -> tuple[Illumination, Returns]:
+    def collect(self, facets: Facets) -> tuple[Illumination, Returns]:
         """The light of the turn on its facets, and what they return. RuntimeError where nothing was gathered."""
         if self._last is None:
             raise RuntimeError("no part of the turn was added")
         (light, returns), of = self._last, self._arrays.get
+        light = light.with_facets(facets)
         if not self._arrays:
-            return light.on(facets), returns
+            return light, returns
         found = {name: of(name) for name in light.light}
         motion = returns.motion
         if motion is not None:
             same = {name: of(name) for name in ("approaching", "breaking", "breaker_speed")}
             motion = replace(motion, **same)
-        return replace(light.on(facets), **found, rays=self._rays), Returns(self._arrays["rcs"], motion, of("running"))
+        return replace(light, **found, rays=self._rays), Returns(self._arrays["rcs"], motion, of("running"))

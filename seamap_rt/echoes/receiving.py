@@ -46,7 +46,7 @@ class Magnetron:
         if radar.transmitter == "coherent":
             return None
         keys = [random_streams.key(seed, Stream.TRANSMITTER, member) for member in (_PHASE, _CARRIER, _ERROR)]
-        turns, carrier, error = _drawn(np.array(keys), pulses.number)
+        turns, carrier, error = _draw_transmitter_errors(np.array(keys), pulses.number)
         phase = 2.0 * np.pi * turns
         measured = phase + transmit_phase_error(radar) * error if measures_phase(radar) else None
         return cls(phase, radar.frequency_jitter_hz * carrier, measured)
@@ -89,7 +89,7 @@ def excess_m(radar: RadarSettings, range_m: NDArray[np.float64]) -> NDArray[np.f
 
 
 @compiled
-def _drawn(keys, number):
+def _draw_transmitter_errors(keys, number):
     """(3, pulse): uniform numbers in [0, 1), and two normal ones of unit variance, each of its key and the number."""
     out = np.empty((3, number.size))
     bits, real, imag = np.empty(1, np.uint64), np.empty(1, np.float32), np.empty(1, np.float32)

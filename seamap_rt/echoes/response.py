@@ -91,7 +91,7 @@ def _plain(
     array, made = antenna_array(radar), dict[float, RangeResponse]()
     responses = []
     for i, j in array.paths if paths is None else paths:
-        width = _passed(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
+        width = _cascade_bandwidth(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
         responses.append(made.setdefault(width, replace(RangeResponse.of(radar), bandwidth_hz=width)))
     return Samples(ranges, tuple(responses), max(response.support_m for response in responses))
 
@@ -104,8 +104,8 @@ def response_tables(samples: Samples) -> list[NDArray[np.float32]]:
     return [tables[response] for response in samples.responses]
 
 
-def _passed(*bandwidths: float) -> float:
-    """Bandwidth of Gaussian filters one after another: those of the receiver and of the antennas themselves."""
+def _cascade_bandwidth(*bandwidths: float) -> float:
+    """Bandwidth of Gaussian filters in cascade: the receiver's and the antennas' own."""
     if all(np.isinf(width) for width in bandwidths[1:]):
         return bandwidths[0]
     return float(1.0 / np.sqrt(sum(1.0 / width**2 for width in bandwidths)))
@@ -126,7 +126,7 @@ class TwoWayBeams:
     aside: NDArray[np.float64]  # (path or 1, leg) m that the leg's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
 
-    def at_most(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+    def voltage_bound(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
         """Voltage over the peak's, of the path that has most, at such direction cosines or further to either side."""
         voltage = np.abs(self.tables.astype(np.float64).prod(axis=1)).max(axis=0)
         half = voltage.size // 2

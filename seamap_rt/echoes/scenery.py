@@ -96,7 +96,7 @@ def object_scatterers(
     random = np.random.default_rng(seed)
     kept: list[NDArray[np.float64]] = []
     for _ in range(_MOST_DRAWN // _DRAWN_AT_ONCE):
-        face, points, rise = _drawn(random, corners, below / below[-1])
+        face, points, rise = _draw_points(random, corners, below / below[-1])
         towards = eye - points
         towards /= np.linalg.norm(towards, axis=1)[:, None]
         facing = np.einsum("ij,ij->i", normals[face], towards)
@@ -112,7 +112,7 @@ def object_scatterers(
     return Scatterers(chosen[:, :3], np.full(len(chosen), rcs_m2 / max(len(chosen), 1)), chosen[:, 3:])
 
 
-def _drawn(
+def _draw_points(
     random: np.random.Generator, corners: NDArray[np.float64], below: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """Faces (n,) by area, points (n, 3) even over each, and one more uniform number (n,) for each."""
@@ -158,7 +158,7 @@ def objects_in_sight(
     for thing in things:
         source = branch(seed, Stream.OBJECTS, thing.number)
         at = passing(np.asarray(thing.mesh.bounds).mean(axis=0)[None], middle, azimuth)[0]
-        itself = occluder.alone(thing.number)
+        itself = occluder.single_object(thing.number)
         drawn = object_scatterers(
             thing.mesh, middle[at], thing.rcs_m2, count, source, wavelength_m=wavelength_m, itself=itself
         )
@@ -195,11 +195,11 @@ class Scenery:
     def __init__(self, scene: Scene, installation: Installation) -> None:
         self._scene, self._installation = scene, installation
         self._world, self._boat = (self._frame(name) for name in ("world", "boat"))
-        if self.there:
+        if self.has_objects:
             self._refuse_if_enclosing()
 
     @property
-    def there(self) -> bool:
+    def has_objects(self) -> bool:
         """Whether the scene has any objects."""
         return bool(self._world.occluder.bodies or self._boat.occluder.bodies)
 
@@ -241,7 +241,7 @@ class Scenery:
 
     def hide(self, facets: Illumination) -> Illumination:
         """The facets without the light that objects keep from them, at the time when the beam passes each."""
-        if not self.there:
+        if not self.has_objects:
             return facets
         reached, dark = facets.reached, np.zeros_like(facets.lit)
         all_columns = self._columns(facets)
@@ -323,7 +323,7 @@ class Scenery:
         if not aboard:
             return scatterer_voltages(installation, pulses, points, areas, np.zeros_like(points), sight=sight)
         # A point of the boat goes with it: where it is when the beam passes it, and as fast.
-        time = np.interp(_bearing(points), *_by_bearing(azimuth, pulses.time))
+        time = np.interp(_bearing(points), *_sort_by_bearing(azimuth, pulses.time))
         before, now, after = (
             to_world(points, *self._foot(self._installation.pose(time + late)))
             for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
@@ -336,7 +336,7 @@ def _bearing(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.degrees(np.arctan2(points[:, 0], points[:, 1])) % 360.0
 
 
-def _by_bearing(
+def _sort_by_bearing(
     azimuth: NDArray[np.float64], time: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Azimuths 0 … 360 deg in ascending order, and the times of the pulses that look there."""

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from .. import random_streams
 from ..compute.compiled import compiled, compiled_strict
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..mesh import Facets
 from ..random_streams import Stream
 
@@ -48,11 +48,11 @@ class BeamWindow(NamedTuple):
     voltage: tuple[float, ...] | None = None  # (node,) of the beam over its peak's, above 0
     left_out: float = LEFT_OUT  # share of the power that modes may leave out
 
-    def through(self, voltage: NDArray[np.float64]) -> BeamWindow:
-        """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
+    def with_beam(self, voltage: NDArray[np.float64]) -> BeamWindow:
+        """The window through a beam of voltage (node,); less than the share that may be left out counts as that."""
         return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
 
-    def at(self, nodes: int) -> NDArray[np.float64]:
+    def node_voltages(self, nodes: int) -> NDArray[np.float64]:
         """(node,)"""
         return np.ones(nodes) if self.voltage is None else np.array(self.voltage)
 
@@ -86,7 +86,7 @@ def speckle_basis(
     nodes: int, spacing_s: float, decorrelation_time_s: float, window: BeamWindow = EVENLY
 ) -> NDArray[np.float32]:
     """(mode, node): real rows whose products with unit complex Gaussians have the required covariance."""
-    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.node_voltages(nodes)
     covariance = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
     variance, modes = _strongest_modes(covariance, window.left_out)
     basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T / voltage
@@ -104,7 +104,7 @@ def two_way_basis(
     the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
     the sum of two covariances is made the identity, their difference can be made diagonal.
     """
-    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.node_voltages(nodes)
     envelope = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
     # Of half and half: that holds all that any w needs.
     variance, modes = _strongest_modes(envelope * np.cos(turning * lag), window.left_out)
@@ -204,7 +204,7 @@ class SpeedBounds(NamedTuple):
         if motion is not None and motion.breaking is not None:
             shares, runs = motion.breaking, motion.breaker_speed.astype(np.float32)
         squares, velocity = np.empty((2, columns), np.float32), (facets.velocity_look, facets.velocity_up)
-        in_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
+        run_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
         water, breakers = squares.max(axis=1, initial=-1.0)
         return cls(float(np.sqrt(max(water, 0.0))), float(np.sqrt(breakers)) if breakers >= 0.0 else None)
 
@@ -262,7 +262,7 @@ class MovingSpeckle:
     breaks: bool  # there are breakers
 
     @classmethod
-    def over(
+    def of(
         cls,
         nodes: int,
         spacing_s: float,

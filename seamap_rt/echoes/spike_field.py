@@ -245,10 +245,10 @@ class SpikeField:
     wind_from_deg: float
     current: tuple[float, float] = (0.0, 0.0)  # m/s east, north, with which they drift
 
-    def on(self, facets: Facets) -> IlluminatedFacets:
+    def evaluate(self, facets: Facets) -> IlluminatedFacets:
         """The breakers of one turn, each where it is when the beam passes it."""
         grid, spikes = facets.grid, self.spikes
-        left = np.float32(spikes.left)
+        left = np.float32(spikes.remaining_share)
         factor = np.full(facets.height.shape, left, dtype=np.float32)
         east, north = unit_from_azimuth(grid.column_azimuth)
         wind = np.radians(self.wind_from_deg + 180.0)  # they run with it

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import random_streams
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..random_streams import Stream
@@ -81,7 +81,7 @@ class TextureField:
     wind_from_deg: float
     current: tuple[float, float] = (0.0, 0.0)  # m/s east, north, with which they drift
 
-    def on(self, facets: Facets, grazing: NDArray[np.float64]) -> NDArray[np.float32]:
+    def evaluate(self, facets: Facets, grazing: NDArray[np.float64]) -> NDArray[np.float32]:
         """T (column, facet) of the breakers' echo, mean 1, when the beam passes. grazing (facet,): rad."""
         pose = facets.grid.column_pose
         east, north = unit_from_azimuth(facets.grid.column_azimuth)
@@ -93,6 +93,6 @@ class TextureField:
             middle = [np.ascontiguousarray(pose.origin[:, n] - run[n] * pose.time) for n in (0, 1)]
             columns = Columns(pose.time / life, east, north, *middle)
             at = key, float(size), float(share), columns, facets.distance, total
-            in_blocks(lambda begin, end, at=at: add_octave(begin, end, *at), len(total))
+            run_blocks(lambda begin, end, at=at: add_octave(begin, end, *at), len(total))
         variance = self.texture.variance(grazing)
         return np.exp(total * np.sqrt(variance).astype(np.float32) - (0.5 * variance).astype(np.float32))

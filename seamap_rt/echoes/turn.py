@@ -122,7 +122,7 @@ def peak_gate_voltage(
     off = drop * float(np.abs(across[:, 2]).max()) + float(np.abs(beams.aside).max()) / nearest_m
     level = np.sqrt(1.0 - drop**2)
     cosine = level * np.sin(np.radians(np.minimum(np.abs(turned_deg), 90.0)))
-    return beams.at_most(np.maximum(cosine - off, 0.0))
+    return beams.voltage_bound(np.maximum(cosine - off, 0.0))
 
 
 @dataclass(frozen=True)
@@ -165,13 +165,13 @@ class ReceiveGeometry:
         if np.isfinite(reach):
             turned = reach_deg / reach * nodes.spacing_s * (np.arange(window, dtype=np.float64) - 0.5 * (window - 1))
             nearest = max(float(samples.samples.range[0]), radar.height_m)
-            beam_window = beam_window.through(peak_gate_voltage(tables, turned, across, radar.height_m, nearest))
+            beam_window = beam_window.with_beam(peak_gate_voltage(tables, turned, across, radar.height_m, nearest))
         if motion is None:
             speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, beam_window), seed)
         else:
             breaks = None if fastest is None else fastest.breakers is not None
             k = radar_wavenumber(radar.frequency_hz)
-            speckle = MovingSpeckle.over(
+            speckle = MovingSpeckle.of(
                 window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, beam_window
             )
         return cls(facets, installation, samples, nodes, window, reach, beam_window, speckle, tables, across)
@@ -180,15 +180,15 @@ class ReceiveGeometry:
         """The sum (component, path, sample, node) over all columns, so many at a time."""
         paths, samples = len(self.installation.array.paths), self.tabulated.samples.range.size
         total = np.zeros((2, paths, samples, self.nodes.count), dtype=np.float32)
-        for start, chunk in self.in_order(sums, columns):
+        for start, chunk in self.map_in_order(sums, columns):
             low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
             if high > low:
                 total[..., low:high] += chunk[..., low - start : high - start]
         return total
 
-    def in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
-        """What is made of all columns, so many at a time by several threads, in their own order, whichever finishes
-        first: what is added so keeps its bits."""
+    def map_in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
+        """Results of `work` on all columns, so many at a time by several threads, in the columns' order: sums of them
+        keep their bits."""
         edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]
         chunks = [slice(a, b) for a, b in pairwise(edges)]
         with one_blas_thread(), pool() as workers:

@@ -43,7 +43,7 @@ def receivers(turn: xr.Dataset) -> Finding:
     return (
         _silent(lower, upper)
         or (_same(lower, upper) if both else None)
-        or (_one_conjugated(lower, upper) if both else None)
+        or (_check_conjugated(lower, upper) if both else None)
         or ((_constant("lower", lower) or _constant("upper", upper)) if turning else None)
         or _real("lower", lower)
         or _real("upper", upper)
@@ -93,7 +93,7 @@ def _same(lower: Complex, upper: Complex) -> Finding | None:
     return None
 
 
-def _one_conjugated(lower: Complex, upper: Complex) -> Finding | None:
+def _check_conjugated(lower: Complex, upper: Complex) -> Finding | None:
     straight, crossed = (_phase_kept(lower * each) for each in (upper.conj(), upper))
     if crossed > max(_CLEARER * straight, _LEAST_PHASE):
         says = (

@@ -89,7 +89,7 @@ def _grow(folded, step, noise, expected, precision, wanted, across, around, cycl
             top -= 1
             continue
         cell = first[top]
-        _leave(first, after, before, level, cell)
+        _remove_cell(first, after, before, level, cell)
         level[cell] = -2  # resolved
         i, j = cell // gates, cell % gates
         mean, _ = _predict(sums[i, j], expected[i, j], precision[i, j], around.slope_precision)
@@ -156,7 +156,7 @@ def _queue(first, after, before, level, cell, sure):
     new = int(min(_LEVELS - 1.0, max(0.0, sure * _PER_NAT)))
     if new != level[cell]:
         if level[cell] >= 0:
-            _leave(first, after, before, level, cell)
+            _remove_cell(first, after, before, level, cell)
         level[cell], before[cell], after[cell] = new, -1, first[new]
         if first[new] >= 0:
             before[first[new]] = cell
@@ -165,7 +165,7 @@ def _queue(first, after, before, level, cell, sure):
 
 
 @compiled
-def _leave(first, after, before, level, cell):
+def _remove_cell(first, after, before, level, cell):
     if before[cell] >= 0:
         after[before[cell]] = after[cell]
     else:
@@ -253,7 +253,7 @@ def largest_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> floa
     return float(np.sqrt(-2.0 * np.log(min(resultant, 1.0)) * np.mean(gains[far] ** 2)))
 
 
-def needed(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
+def ambiguous_gates(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     """Gates (gate,) in which a sea of that rms height [m] reaches beyond half an ambiguity, π |dz/dφ|."""
     with np.errstate(invalid="ignore"):
         return np.any(known & (np.pi * np.abs(gain) < BEYOND * size), axis=0)
@@ -300,7 +300,7 @@ def resolve(
     standard error [rad]; gain: dz/dφ [m/rad], signed or not (then heights are too, as those of `expected` must be);
     known: cells with an echo. spacing: metres between gates; across (gate,): metres between looks. The first and the
     last look are no neighbours: of a circle they lie a turn apart in time. Where the ambiguity is far beyond the sea's
-    size (`needed`) nothing is done, and it costs nothing.
+    size (`ambiguous_gates`) nothing is done, and it costs nothing.
     """
     known = known & np.isfinite(residual) & np.isfinite(phase_std) & np.isfinite(gain) & (gain != 0.0)
     resolved = CycleEstimate(np.zeros(residual.shape, np.int64), np.zeros(residual.shape, np.bool_))
@@ -309,7 +309,7 @@ def resolve(
     gain = np.where(known, gain, 1.0)
     size = max([sea_size(phase, gain, known), *(_rms(each.height[known]) for each in expected)])
     most = max(size, largest_size(phase, gain, known))
-    gates = np.flatnonzero(needed(gain, known, most))
+    gates = np.flatnonzero(ambiguous_gates(gain, known, most))
     if not gates.size:
         resolved.cycles[:] = -whole
         return resolved

@@ -32,13 +32,13 @@ from .products import (
     Products,
     PulsePairs,
     Rows,
-    both_ways_of,
     dwell_means,
     half_turns,
     neighbouring_pulses,
     rows_apart,
     same_pulses,
     sampled,
+    two_way_pairs,
 )
 from .velocity import NO_LAGS, Lag, phase_rate, pulse_pair_lags
 from .windows import Covariance
@@ -51,7 +51,7 @@ class Channel:
     ratio: complex = 1.0 + 0.0j
 
     @classmethod
-    def given(cls, gain_db: float, phase_deg: float) -> Channel:
+    def from_gain(cls, gain_db: float, phase_deg: float) -> Channel:
         """The upper receiver's voltage gain over the lower's, from a power gain [dB] and a phase [deg]."""
         return cls(complex(np.sqrt(from_db(gain_db)) * np.exp(1j * np.radians(phase_deg))))
 
@@ -100,7 +100,7 @@ def ratio_of(crossings: Sequence[Covariance]) -> Channel:
 
     Raises SchemaError where a receiver has no echo on its cross path.
     """
-    known = np.logical_and.reduce([each.known for each in crossings])
+    known = np.logical_and.reduce([each.has_value for each in crossings])
     product = sum(complex(each.cross[known].sum()) for each in crossings)
     up, down = (sum(float(getattr(c, name)[known].sum()) for c in crossings) for name in ("lower", "upper"))
     if not (up > 0.0 and down > 0.0):
@@ -165,8 +165,8 @@ def integrated(means: Sequence[Covariance], extended: CoherentProducts, lags: Se
         for each, beyond in zip(means, extended.beyond, strict=True):
             if beyond:
                 # The first and the last looks have no pulses before and after them.
-                cross = cross + np.where(each.known, each.cross * np.exp(-1j * rate * beyond), 0.0)
-                count = count + each.known
+                cross = cross + np.where(each.has_value, each.cross * np.exp(-1j * rate * beyond), 0.0)
+                count = count + each.has_value
     return Covariance(
         np.asarray(cross / count, dtype=np.complex128),
         np.asarray(sum(each.lower for each in base) / len(base)),
@@ -204,7 +204,7 @@ class PulseComparison:
             return cls(heard, *((None, pairs) if radar.paths == 2 else (pairs, None)))
         two = None
         if settings.paths == "best" and radar.coherent:
-            two = both_ways_of(heard, transmitter, antennas, time, radar.interval, settings.pulse_pairs)
+            two = two_way_pairs(heard, transmitter, antennas, time, radar.interval, settings.pulse_pairs)
         return cls(heard, same_pulses(heard), two)
 
 
@@ -240,7 +240,7 @@ class DwellSums:
         receivers, transmitter = settings.receivers, np.asarray(transmitter)
         lags = NO_LAGS
         if radar.coherent:
-            lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
+            lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.median_pulses, receivers)
         by_paths: dict[int, CoherentProducts] = {}
         for paths, pairs in ((1, paired.one), (2, paired.two)):
             if pairs is not None:
@@ -256,7 +256,7 @@ class DwellSums:
             kinds += [[Products((n, receivers[0]), (m, receivers[1]), owner, level)] for n, m, owner in each.members]
         means = iter(dwell_means(voltage, dwells, [*kinds, *cross, *lags.kinds]))
         covariances = {paths: [next(means) for _ in each.members] for paths, each in by_paths.items()}
-        channel = Channel.given(settings.channel_gain_db, settings.channel_phase_deg)
+        channel = Channel.from_gain(settings.channel_gain_db, settings.channel_phase_deg)
         if cross:
             channel = ratio_of([next(means) for _ in cross])
         measured = lags.lags(means)

@@ -41,7 +41,7 @@ class Dwells:
         return self._summed(np.ones((self.look.shape[0], 1)))[0].astype(np.intp)
 
     @property
-    def usual(self) -> int:
+    def median_pulses(self) -> int:
         """Pulses of the median cell that has any; at least 1."""
         some = self.pulses[self.pulses > 0]
         return max(1, int(np.median(some))) if some.size else 1
@@ -116,9 +116,9 @@ def allot(
     looks = centres.size
     number = np.where(np.isfinite(number), number, -2 * looks).astype(np.intp)
     if closed:
-        number = _one_pass(number, looks)
+        number = _select_pass(number, looks)
     dwells = Dwells(np.where((number >= 0) & (number < looks), number, -1), looks)
-    scarce = (dwells.pulses > 0) & (dwells.pulses < 0.5 * dwells.usual)
+    scarce = (dwells.pulses > 0) & (dwells.pulses < 0.5 * dwells.median_pulses)
     if not scarce.any():
         return dwells
     gate = np.arange(scarce.shape[1]) if dwells.leaning else 0
@@ -141,7 +141,7 @@ def unwrapped_sweep(
     return sweep - turns[int(np.argmax(within))]
 
 
-def _one_pass(number: NDArray[np.intp], looks: int) -> NDArray[np.intp]:
+def _select_pass(number: NDArray[np.intp], looks: int) -> NDArray[np.intp]:
     """Numbers of looks folded into the circle, of each look the pass (before, in, after the turn) with most pulses."""
     if number.size == 0 or (number.min() >= 0 and number.max() < looks):
         return number

@@ -110,11 +110,11 @@ class GateMoments:
 def _means(response: RangeResponse, lag: Map) -> Map:
     """The means of a response at lags, known from turn to turn."""
     lags = np.asarray(lag, dtype=np.float64)
-    return _known_means(response, lags.tobytes(), lags.shape)
+    return _cached_means(response, lags.tobytes(), lags.shape)
 
 
 @lru_cache(maxsize=64)
-def _known_means(response: RangeResponse, lags: bytes, shape: tuple[int, ...]) -> Map:
+def _cached_means(response: RangeResponse, lags: bytes, shape: tuple[int, ...]) -> Map:
     means = GateMoments.of(response).means(np.frombuffer(lags).reshape(shape))
     means.flags.writeable = False
     return means
@@ -144,7 +144,7 @@ class ErrorCovariance:
         return np.sum(self.parts**2, axis=0)
 
     @property
-    def of_means(self) -> Map:
+    def mean_variance(self) -> Map:
         """(look, gate) m²: variance of a mean over many alike, times their number."""
         along = np.maximum(1.0 + 2.0 * self.along[:, 1:].sum(axis=1), 0.0)
         along[:2] *= 1.0 + 2.0 * self.beside
@@ -191,7 +191,7 @@ def sensor_variance(echoes: xr.Dataset, radar: RadarDescription, width: float, g
         return np.zeros(ground_range.shape)
     lasting = radar.period * (1.0 if radar.staring else width / 360.0)
     kept = variance_kept(min(errors.rate_hz, 1.0 / radar.interval) * lasting)
-    east, north, heading, height = _by_motion(echoes, errors, radar.interval)
+    east, north, heading, height = _motion_errors(echoes, errors, radar.interval)
     tilt = kept * errors.attitude_noise_deg**2 + errors.attitude_accuracy_deg**2 + 0.5 * (east + north)
     turn = kept * errors.heading_noise_deg**2 + errors.heading_accuracy_deg**2 + heading
     up = kept * errors.position_noise_m**2 + errors.height_accuracy_m**2 + height
@@ -209,7 +209,7 @@ def variance_kept(readings: float) -> float:
     return 2.0 * float(np.mean((1.0 - _SHARES) * beside))
 
 
-def _by_motion(echoes: xr.Dataset, errors: SensorErrors, interval: float) -> Map:
+def _motion_errors(echoes: xr.Dataset, errors: SensorErrors, interval: float) -> Map:
     """Mean squares over the turn of what latency and straight lines make of the lean towards east and north, of the
     heading [deg²] and of the height [m²]. interval: between pulses [s]."""
     when, attitude = echoes["time"].values, echoes["attitude"].values
@@ -240,8 +240,8 @@ class Offsets:
     phase: Map
     left: Map
 
-    def of_large(self, variance: Map, looks: float) -> Offsets:
-        """The same of phases to which speckle of so many looks gives a variance [rad²].
+    def shrink_for_speckle(self, variance: Map, looks: float) -> Offsets:
+        """The offsets of phases to which speckle of so many looks gives a variance [rad²].
 
         The powers tell of a phase's first order alone. What a correction of first order explains falls with the
         phase's variance v as exp(−(_FIRST v)² looks) =: f; so the best one is (1 + f)/2 of it.
@@ -351,14 +351,14 @@ class BrightSpots:
         if gates <= 2 * reach:
             return Offsets(phase, 1.0 - explained)
 
-        def beside(field: NDArray, away: int) -> NDArray:
+        def shift(field: NDArray, away: int) -> NDArray:
             return field[:, reach + away : gates - reach + away]
 
         away = [int(each) for each in self.neighbours]
-        known = beside(heard, 0) & np.logical_and.reduce([beside(sampled, n) for n in (*away, *(-n for n in away))])
+        known = shift(heard, 0) & np.logical_and.reduce([shift(sampled, n) for n in (*away, *(-n for n in away))])
         explained[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
         for weight, n in zip(weights, away, strict=True):
-            difference = (beside(even, n) - beside(even, -n)) * (level / mean)[:, inner] / own[:, inner]
+            difference = (shift(even, n) - shift(even, -n)) * (level / mean)[:, inner] / own[:, inner]
             # Between scatterers so far apart the phase may turn by radians: its sine counts.
             apart = 0.5 * n * self.spacing
             phase[:, inner] += np.where(

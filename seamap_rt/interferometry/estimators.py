@@ -64,7 +64,7 @@ def sliding_plane(given: Interferogram) -> Estimate:
         window_weights(settings.window_range_m, radar.spacing),
         window_weights(settings.window_azimuth_deg, given.echo.width),
     )
-    return _averaged(given, window, _along_waves(given, first), first)
+    return _averaged(given, window, _wave_phase_slopes(given, first), first)
 
 
 def adaptive(given: Interferogram) -> Estimate:
@@ -79,7 +79,7 @@ def adaptive(given: Interferogram) -> Estimate:
     if given.dwell.cross.shape[0] < _FEWEST_LOOKS or not sure.any():
         return start
     model, heights, settings = given.model, start.heights, given.settings
-    dwells, errors = _of_dwells(given, start)
+    dwells, errors = _dwell_heights(given, start)
     variance = errors.variance
     ground = model.ground(heights.points)
     level, level_variance = mean_plane(np.where(sure, dwells, np.nan), errors, *ground)
@@ -123,7 +123,7 @@ def adaptive(given: Interferogram) -> Estimate:
     )
 
 
-def _of_dwells(given: Interferogram, start: Estimate) -> tuple[Map, ErrorCovariance]:
+def _dwell_heights(given: Interferogram, start: Estimate) -> tuple[Map, ErrorCovariance]:
     """Heights [m] of single dwells and gates of a distributed sea, bright spots taken off, and their errors.
 
     Phases lie on the cycles of a map that is less noisy, and turn within a pulse as its phases do.
@@ -144,9 +144,9 @@ def bright_spots(
     radar, samples = given.model.radar, given.dwelt.samples(ONE_CELL, given.model.radar)
     spots = BrightSpots.of(radar.response, radar.spacing)
     ratio = samples.noise / samples.speckle
-    power, around = given.echo.dwells, given.echo.around
+    power, around = given.echo.dwells, given.echo.neighbourhood_mean
     offsets = spots.offsets(power, around, echoing, given.echo.noise, ratio, given.turn(phase))
-    return spots, offsets.of_large(variance / given.doubt, samples.speckle)
+    return spots, offsets.shrink_for_speckle(variance / given.doubt, samples.speckle)
 
 
 def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots, offsets: Offsets) -> ErrorCovariance:
@@ -167,7 +167,7 @@ ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane":
 def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before: Estimate | None = None) -> Estimate:
     """Heights of a window's means; their cycles are those of an earlier map, if there is one."""
     cells = given.windowed(window, along)
-    echo_power = given.echo.over(window)
+    echo_power = given.echo.window_mean(window)
     echoing = given.echoing(cells, echo_power)
     if before is None:
         incoherent = given.incoherent(along)
@@ -181,7 +181,7 @@ def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before:
     return Estimate(heights, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
 
 
-def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
+def _wave_phase_slopes(given: Interferogram, first: Estimate) -> PhaseSlopes:
     """Phase slopes of the waves that a first map shows.
 
     By planes over three looks and a cell and a half to either side; shorter ones would follow steeper waves, and more
@@ -231,7 +231,7 @@ def mean_plane(height: Map, errors: ErrorCovariance, x: Map, y: Map) -> tuple[Ma
     scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
     inverse = np.linalg.pinv(terms / scale * root[:, None], rcond=1e-9)
     plane = inverse @ (height[known] * root) / scale
-    doubt = (inverse * (errors.of_means[known] * root**2)) @ inverse.T / np.outer(scale, scale)
+    doubt = (inverse * (errors.mean_variance[known] * root**2)) @ inverse.T / np.outer(scale, scale)
     places = np.stack((np.ones(x.shape), np.nan_to_num(x), np.nan_to_num(y)))
     level = np.einsum("i,i...->...", plane, places)
     return level, np.einsum("i...,ij,j...->...", places, doubt, places)

@@ -16,14 +16,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import WATER_ATTRIBUTES, build
 from ..physics.dispersion import Water
 from ..radar.grid import GroundGrid, LookFan, ground_grid, look_sweeps
 from ..settings import RetrievalSettings
 from ..wavefield.advance import GroundFields, advanced
-from ..wavefield.wave_direction import by_energy, travel
+from ..wavefield.wave_direction import map_travel, travel
 from .description import RadarDescription
 from .poses import Heights, LookPoses
 
@@ -278,7 +278,7 @@ def square_means(
     polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
     means = np.full((laid.shape[2], *middle.shape), np.nan)
     laid = np.ascontiguousarray(laid)
-    in_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
+    run_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
     return means
 
 
@@ -305,7 +305,7 @@ def advance_to_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water
     height, spread, velocity, distance = (np.asarray(cells[name].values[0], dtype=np.float64) for name in names)
     direction = travel(height, spread, velocity, cells["azimuth"].values, distance, side)
     seen = GroundFields(*(np.asarray(ground[each.name].values[0], dtype=np.float64) for each in fields(GroundFields)))
-    direction = by_energy(seen.height, seen.height_std, side, direction)
+    direction = map_travel(seen.height, seen.height_std, side, direction)
     if not np.isfinite(direction.wave_from_deg):
         return ground
     made = advanced(seen, side, to_s, direction, water)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ..settings import RetrievalSettings
-from .ambiguity import CycleEstimate, HeightEstimate, doubtful_cycle, needed, resolve, sea_size
+from .ambiguity import CycleEstimate, HeightEstimate, ambiguous_gates, doubtful_cycle, resolve, sea_size
 from .description import RadarDescription
 from .poses import Heights, PhaseModel, edge_bias
 from .quality import has_echo, lit_power, object_echo, own_echo
@@ -49,8 +49,8 @@ class EchoPower:
     radar: RadarDescription
     width: float  # degrees between looks
 
-    def over(self, window: Weights) -> Map:
-        """Of a window."""
+    def window_mean(self, window: Weights) -> Map:
+        """Means over a window, without noise."""
         return self.pulses.power_in(*window) - self.noise
 
     @cached_property
@@ -59,24 +59,24 @@ class EchoPower:
         return 0.5 * (self.pulses.lower + self.pulses.upper) - self.noise
 
     @cached_property
-    def around(self) -> Map:
+    def neighbourhood_mean(self) -> Map:
         """The mean of a cell and its neighbours."""
-        return self.over(AROUND)
+        return self.window_mean(AROUND)
 
     @cached_property
-    def lit(self) -> Map:
+    def lit_cell_power(self) -> Map:
         """(1, gate) of a lit cell of the sea."""
         return lit_power(self.dwells, self.radar.ranges)
 
     @cached_property
-    def own(self) -> NDArray[np.bool_]:
+    def own_echo_mask(self) -> NDArray[np.bool_]:
         """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours leave; no object's."""
         beam = self.radar.response, (self.width, self.radar.spacing), self.radar.azimuth_beamwidth
         own = own_echo(self.dwells, *beam)
         beside = own.copy()
         beside[:, 1:] |= own[:, :-1]
         beside[:, :-1] |= own[:, 1:]
-        return beside & ~object_echo(self.dwells, self.lit + self.noise, *beam)
+        return beside & ~object_echo(self.dwells, self.lit_cell_power + self.noise, *beam)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Interferogram:
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
         """Cells (look, gate) with an echo of their own; echo_power [W] of these cells."""
-        return has_echo(cells, echo_power, self.echo.noise, self.settings) & self.echo.own
+        return has_echo(cells, echo_power, self.echo.noise, self.settings) & self.echo.own_echo_mask
 
     @cached_property
     def edge(self) -> Map:
@@ -113,30 +113,30 @@ class Interferogram:
     def incoherent(self, along: PhaseSlopes) -> Map:
         """Power [W] that the receivers do not share, the noise's apart: of windows that follow the phase's slopes, or
         the waves would count as a lack of coherence."""
-        return incoherent_power(self.windowed(AROUND, along), self.echo.noise, self._around.noise, self.kept)
+        return incoherent_power(self.windowed(AROUND, along), self.echo.noise, self._neighbourhood.noise, self.kept)
 
     def incoherent_about(self, phase: Map) -> Map:
         """The same of windows that follow a map of phases [rad], (look, gate), which waves curve within a window."""
         turned = self.dwell.rotated(-np.nan_to_num(phase)).windowed(*AROUND)
-        samples = self._around.speckle
+        samples = self._neighbourhood.speckle
         one_fitted = samples / max(samples - 1.0, 1.0)  # the map's phase there, which made the windows look coherent
-        return incoherent_power(turned, self.echo.noise, self._around.noise, self.kept) * one_fitted
+        return incoherent_power(turned, self.echo.noise, self._neighbourhood.noise, self.kept) * one_fitted
 
     @cached_property
-    def _around(self) -> Samples:
+    def _neighbourhood(self) -> Samples:
         return self.dwelt.samples(AROUND, self.model.radar)
 
     @property
     def doubt(self) -> float:
         """By how much the incoherent power may be more than it is found to be."""
-        return estimation_doubt(self._around.speckle)
+        return estimation_doubt(self._neighbourhood.speckle)
 
     def variances(self, cells: Covariance, window: Weights, incoherent: Map) -> tuple[Map, Map]:
         """Variance [rad²] of the phase of windows' means, by speckle and by noise; infinite where nothing is heard."""
         samples = self.dwelt.samples(window, self.model.radar)
         # Von Mises's law of a coherence γ: (1 − γ²)/2γ in place of 1 − γ.
         with np.errstate(invalid="ignore", divide="ignore"):
-            shared = np.clip(1.0 - np.nan_to_num(incoherent / self.echo.around), _LEAST_SHARED, 1.0)
+            shared = np.clip(1.0 - np.nan_to_num(incoherent / self.echo.neighbourhood_mean), _LEAST_SHARED, 1.0)
         incoherent = incoherent * 0.5 * (1.0 + shared) / shared
         return phase_variances(
             cells, incoherent, self.echo.noise, samples.speckle, samples.noise, self.noise_square, self.doubt
@@ -145,7 +145,7 @@ class Interferogram:
     def texture(self, incoherent: Map) -> Map:
         """Variance [rad²] (look, gate) of a dwell's phase by what makes one part of its footprint brighter than another
         besides speckle: waves, breakers."""
-        around = self.echo.around
+        around = self.echo.neighbourhood_mean
         return np.divide(incoherent, around, out=np.zeros(around.shape), where=around > 0.0) * self._contrast
 
     @cached_property
@@ -158,7 +158,7 @@ class Interferogram:
         radar, power, gates = self.model.radar, self.echo.dwells, self.model.radar.ranges.size
         apart = min(gates, max(1, round(_APART * radar.response.spread_m / radar.spacing)))
         a, b = power[:, : gates - apart], power[:, apart:]
-        both = self.echo.own[:, : gates - apart] & self.echo.own[:, apart:] & (a + b > 0.0)
+        both = self.echo.own_echo_mask[:, : gates - apart] & self.echo.own_echo_mask[:, apart:] & (a + b > 0.0)
         noise = self.echo.noise * (a + b + self.echo.noise) / self.dwelt.pulses
         sums = [np.sum(each**2 - noise, axis=0, where=both) for each in (a - b, a + b)]
         around = np.ones(min(_EVENED, gates))
@@ -180,7 +180,7 @@ class Interferogram:
         phase [rad] (look, gate): along the surface. Of a Gaussian pulse exp(−(turn · spread)²/2) stays coherent.
         """
         turn = self.turn(phase) * self.model.radar.response.spread_m
-        lost = -np.expm1(-0.5 * turn**2) * np.maximum(self.echo.around, 0.0)
+        lost = -np.expm1(-0.5 * turn**2) * np.maximum(self.echo.neighbourhood_mean, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(incoherent > 0.0, np.clip(lost / incoherent, 0.0, 1.0), 0.0)
 
@@ -205,7 +205,7 @@ class Interferogram:
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
         known = echoing & np.isfinite(heights.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
         size = sea_size(residual, heights.gain, known)
-        if not needed(heights.gain, known, size).any():
+        if not ambiguous_gates(heights.gain, known, size).any():
             return heights, ambiguous
         resolved = self._cycles(residual, np.sqrt(wrapped_variance(variance)), heights, known)
         if resolved.cycles.any():

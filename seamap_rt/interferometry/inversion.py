@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 
 HEIGHT, ALONG, UP, LENGTH, RISE_ALONG, RISE_UP, OUT_ALONG, OUT_UP, RIGHT, OTHERS = range(10)
 
@@ -46,7 +46,7 @@ def locate_rows(begin, end, gate, difference, fan, share, weights, points, gain)
         _sight(row[LENGTH], axis, lower, delta, along, up)
         if weights.size:
             for _ in range(_ITERATIONS):
-                _without_more(row, lower, delta, share, weights, along, up, after)
+                _refine_range(row, lower, delta, share, weights, along, up, after)
                 converged = _converged(lower, after, ranges)
                 _copy(after, lower)
                 _sight(row[LENGTH], axis, lower, delta, along, up)
@@ -78,8 +78,8 @@ def difference_rows(begin, end, gate, height, fan, share, weights, difference):
                 cosine = -drop[j] * axis[3, j] / lower[j]
                 cosine = -1.0 if cosine < -1.0 else cosine  # straight below, where the fan does not reach so far up
                 along[j], up[j] = _direction(axis, j, cosine)
-                delta[j] = _farther(row[ALONG, j], row[UP, j], row[LENGTH, j], lower[j], along[j], up[j])
-            _without_more(row, lower, delta, share, weights, along, up, after)
+                delta[j] = _path_difference(row[ALONG, j], row[UP, j], row[LENGTH, j], lower[j], along[j], up[j])
+            _refine_range(row, lower, delta, share, weights, along, up, after)
             converged = _converged(lower, after, ranges)
             _copy(after, lower)
             if converged:
@@ -139,14 +139,14 @@ def _sight(length, axis, lower, delta, along, up):
 
 
 @compiled_step
-def _without_more(row, lower, delta, share, weights, along, up, after):
+def _refine_range(row, lower, delta, share, weights, along, up, after):
     """R₁ of a gate's range by what this has more than that, at the R₁ so far."""
     for j in range(np.uint64(lower.size)):
         after[j] = row[-2, j] - share * delta[j]
     for n in range(weights.size):
         at = OTHERS + 3 * n
         for j in range(np.uint64(lower.size)):
-            more = _farther(row[at, j], row[at + 1, j], row[at + 2, j], lower[j], along[j], up[j])
+            more = _path_difference(row[at, j], row[at + 1, j], row[at + 2, j], lower[j], along[j], up[j])
             after[j] -= weights[n] * more
 
 
@@ -167,7 +167,7 @@ def _direction(axis, j, cosine):
 
 
 @compiled_step
-def _farther(along, up, length, lower, sight_along, sight_up):
+def _path_difference(along, up, length, lower, sight_along, sight_up):
     """By how much [m] a point at range `lower` in that direction is farther from an antenna than from the lower one."""
     square = length * length - 2.0 * lower * (along * sight_along + up * sight_up)
     rest = lower * lower + square
@@ -276,7 +276,7 @@ def located(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> tuple[Poi
     itself is left out."""
     gate, delta, shape, looks = _rows(fan, gate_range, difference)
     points, gain = np.empty((3, *looks)), np.empty(looks)
-    in_blocks(lambda *rows: locate_rows(*rows, gate, delta, fan.parts, fan.share, fan.weights, points, gain), looks[0])
+    run_blocks(lambda *rows: locate_rows(*rows, gate, delta, fan.parts, fan.share, fan.weights, points, gain), looks[0])
     height, out, right = (each.reshape(shape) for each in points)
     return Points(height, out, right), gain.reshape(shape)
 
@@ -300,7 +300,7 @@ def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> 
     """
     gate, height, shape, looks = _rows(fan, gate_range, height)
     difference = np.empty(looks)
-    in_blocks(
+    run_blocks(
         lambda *rows: difference_rows(*rows, gate, height, fan.parts, fan.share, fan.weights, difference), looks[0]
     )
     return difference.reshape(shape)

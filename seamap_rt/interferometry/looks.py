@@ -137,7 +137,7 @@ def _interferograms(
     made: dict[int, Interferogram] = {}
     pulses = next(each for each in (sums.one, sums.two) if each is not None)
     echo = EchoPower(pulses, sums.noise_power, looks.radar, looks.width)
-    dwelt = _dwelt(looks, pairs[max(pairs)].lower, sums.noise_power)
+    dwelt = _median_dwell(looks, pairs[max(pairs)].lower, sums.noise_power)
     for paths, covariance in ((1, sums.one), (2, sums.two)):
         if covariance is None:
             continue
@@ -149,7 +149,7 @@ def _interferograms(
             covariance,
             echo,
             models[paths],
-            dwelt.every(often),
+            dwelt.resample(often),
             sums.noise_square[paths],
             looks.settings,
             _coherence_left(sums, pairs[paths], looks.radar),
@@ -167,7 +167,7 @@ def _coherence_left(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription)
     return pulse_coherence_kept(lag.products.windowed(*AROUND), radar.noise_power, radar.interval / lag.seconds)
 
 
-def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> DwellPulses:
+def _median_dwell(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> DwellPulses:
     """Pulses of the median look, of those that are compared, and their speckle's correlation."""
     look = looks.pulses.looks(looks.sweeps, looks.width)
     of_look = look[rows][look[rows] >= 0]

@@ -124,9 +124,9 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                 facing = 0.0, 0.0
                 continue
             low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
-            kept = _without_looks(given, near, count, high)
+            kept = _remove_looks(given, near, count, high)
             gates_near = max(0, start - _GATES), min(gates, stop + _GATES)
-            count = _with_looks(cells, (low, min(high, lowest)), gates_near, rounding, given, near, kept)
+            count = _append_looks(cells, (low, min(high, lowest)), gates_near, rounding, given, near, kept)
             lowest = low
             for i in range(kept, count):
                 row[: i + 1] = 0.0
@@ -166,7 +166,7 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                     part = left[i, _MEASURED + 1 + gate - start]
                     mean += part * left[i, _MEASURED] * inverse[i]
                     explained += part * part * inverse[i]
-                prior = _of_mean(sea, per_spacing, _point(points, look, gate), along, across[gate])
+                prior = _mean_variance(sea, per_spacing, _point(points, look, gate), along, across[gate])
                 estimate[0, look, gate] = mean
                 estimate[1, look, gate] = max(prior - explained, 0.0)
         # Heights that differ from what their neighbours make them expected to be by more than is stated err by more.
@@ -193,7 +193,7 @@ def _offset(point, outward, clockwise):
 
 
 @compiled_step
-def _without_looks(given, near, count, high):
+def _remove_looks(given, near, count, high):
     """Leave out the first neighbours, of looks from `high` on; how many are left."""
     out = 0
     while out < count and near.look[out] >= high:
@@ -214,7 +214,7 @@ def _without_looks(given, near, count, high):
 
 
 @compiled_step
-def _with_looks(cells, looks, gates, rounding, given, near, count):
+def _append_looks(cells, looks, gates, rounding, given, near, count):
     """Append the neighbours of looks and gates (first, end), from the last, and what was measured; how many there are
     now."""
     height, parts, points = cells.height, cells.parts, cells.points
@@ -286,7 +286,7 @@ def _set_errors(left, count, inverse, error, table, per_spacing, point, cell, we
         for i in range(count):
             explained += left[i, one] * left[i, other] * inverse[i]
             slope[1, n] += weights[one, i] * weights[other, i] * error[i]
-        slope[0, n] = _of_slopes(table, per_spacing, point, cell, one, other) - explained
+        slope[0, n] = _slopes_covariance(table, per_spacing, point, cell, one, other) - explained
         if one == other:
             slope[0, n] = max(slope[0, n], 0.0)
 
@@ -333,18 +333,18 @@ def _eliminate(given, count, error, left, inverse, first):
 
 
 @compiled_step
-def _of_mean(table, per_spacing, point, along, across):
+def _mean_variance(table, per_spacing, point, along, across):
     """Variance of a cell's mean, of four points. To opposite lags the covariance is the same."""
     middle = table.shape[0] // 2
     total = 0.25 * table[middle, middle]
     for u, v, share in ((0.0, 2.0, 0.25), (2.0, 0.0, 0.25), (2.0, 2.0, 0.125), (2.0, -2.0, 0.125)):
         u, v = u * along, v * across
-        total += share * _at(table, middle, per_spacing, point, u, v)
+        total += share * _interpolate_table(table, middle, per_spacing, point, u, v)
     return total
 
 
 @compiled_step
-def _of_slopes(table, per_spacing, point, cell, one, other):
+def _slopes_covariance(table, per_spacing, point, cell, one, other):
     """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip; of opposite
     lags once."""
     middle, total = table.shape[0] // 2, 0.0
@@ -353,18 +353,18 @@ def _of_slopes(table, per_spacing, point, cell, one, other):
             for end in range(2):
                 u, v = cell[0] * (apart / _STRIPS if one else end), cell[1] * (end if one else apart / _STRIPS)
                 share = 0.5 * (_STRIPS - abs(apart)) * (1 - 2 * end)
-                total += share * _at(table, middle, per_spacing, point, u, v)
+                total += share * _interpolate_table(table, middle, per_spacing, point, u, v)
     else:
         for n in range(_STRIPS):
             for m in range(2 * _STRIPS):
                 to, strip, aside = m % 2 - 0.5, (n + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
                 u, v = cell[0] * (0.5 - aside), cell[1] * (strip - to)
-                total += to * _at(table, middle, per_spacing, point, u, v)
+                total += to * _interpolate_table(table, middle, per_spacing, point, u, v)
     return 4.0 * total / (_STRIPS**2 * cell[one] * cell[other])
 
 
 @compiled_step
-def _at(table, middle, per_spacing, point, outward, clockwise):
+def _interpolate_table(table, middle, per_spacing, point, outward, clockwise):
     """The table at a lag [m] outward and clockwise of a point, linear between its entries; 0 beyond."""
     east = (outward * point.east + clockwise * point.north) * per_spacing + middle
     north = (outward * point.north - clockwise * point.east) * per_spacing + middle

@@ -58,7 +58,7 @@ class PulsePoses:
         axes = antenna_axes(own, scan_of_bearing(own, azimuth, radar.tilt), radar.tilt)
         sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
         return cls(
-            time, sweep, _in_look_frame(axes[:, 1], azimuth), _in_look_frame(axes[:, 2], azimuth), axes, positions
+            time, sweep, _rotate_to_look(axes[:, 1], azimuth), _rotate_to_look(axes[:, 2], azimuth), axes, positions
         )
 
     def __getitem__(self, rows: NDArray[np.intp]) -> PulsePoses:
@@ -69,7 +69,7 @@ class PulsePoses:
         """Pulses to looks, `width` deg wide and centred on `centres` (look,) deg from the sector's start."""
         height = self.antennas[:, lower, 2]
 
-        def aside(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
+        def azimuth_offset(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
             rise, out = ((self.boresight[:, n, None], self.upright[:, n, None]) for n in (2, 1))
             return np.degrees(azimuth_at_sea(ranges, height[:, None], rise, out, self.upright[:, 0, None]))
 
@@ -77,9 +77,9 @@ class PulsePoses:
         step = np.median(np.abs(np.diff(self.sweep))) if self.sweep.size > 1 else 0.0
         below = np.nanmax(height / np.hypot(self.boresight[:, 2], self.upright[:, 2]), initial=0.0)
         nearest = min(np.searchsorted(radar.ranges, below * (1.0 + 1e-9)), radar.ranges.size - 1)
-        ends = np.abs(aside(radar.ranges[[nearest, -1]]))
+        ends = np.abs(azimuth_offset(radar.ranges[[nearest, -1]]))
         leaning = np.nanmax(ends, initial=0.0) > _UPRIGHT * step
-        return allot(self.sweep, aside(radar.ranges) if leaning else None, centres, width, radar.closed)
+        return allot(self.sweep, azimuth_offset(radar.ranges) if leaning else None, centres, width, radar.closed)
 
     def looks(self, centres: NDArray[np.float64], width: float) -> NDArray[np.intp]:
         """The look (pulse,) of the boresight's own bearing, or −1."""
@@ -172,7 +172,7 @@ class LookPoses:
         return np.hypot(x - self.middle[0], y - self.middle[1])
 
 
-def _in_look_frame(axis: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rotate_to_look(axis: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
     """World vectors (pulse, 3) as parts right of the bearing, out along it, and up."""
     east, north = unit_from_azimuth(azimuth)
     return np.stack(
@@ -205,7 +205,7 @@ class PhaseModel:
     def __init__(self, radar: RadarDescription, poses: LookPoses, paths: int) -> None:
         self.radar, self.poses, self.paths = radar, poses, paths
         self._wavenumber = 2.0 * np.pi * paths / radar.wavelength
-        self.flat = self.of_height(0.0)
+        self.flat = self.phase_at_height(0.0)
         self._levels: dict[int, Map] = {}  # antennas of a boat that rolls or heaves are not where they were a look ago
         # With the second receiver below the first a rise turns the phase on, not back.
         self.rise_sign = -np.sign(poses.fan.upper.up)
@@ -221,7 +221,7 @@ class PhaseModel:
         """By how much [rad] the phase of mean sea level turns within the pulse's own spread, of each gate."""
         return np.abs(np.nan_to_num(self.flat_per_gate)) / self.radar.spacing * self.radar.response.spread_m
 
-    def of_height(self, height: Map | float) -> Map:
+    def phase_at_height(self, height: Map | float) -> Map:
         """Phase [rad] of points at that height [m] in each gate, by the fan's geometry."""
         return self._wavenumber * difference_at_height(self.radar.ranges, height, self.poses.fan)
 
@@ -249,7 +249,7 @@ class PhaseModel:
 
     def heights_at(self, cells: Covariance, height: Map) -> Heights:
         """The same for heights [m], (look, gate), that are given."""
-        return self._heights(cells, self.of_height(height))
+        return self._heights(cells, self.phase_at_height(height))
 
     def _heights(self, cells: Covariance, phase: Map) -> Heights:
         radar, fan = self.radar, self.poses.fan

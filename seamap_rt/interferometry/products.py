@@ -90,7 +90,7 @@ def same_pulses(heard: NDArray[np.bool_]) -> PulsePairs:
     return PulsePairs(rows, rows, ((rows, rows),))
 
 
-def both_ways_of(
+def two_way_pairs(
     heard: NDArray[np.bool_],
     transmitter: NDArray[np.integer],
     antennas: tuple[int, int],

@@ -85,11 +85,11 @@ def echoes_from_recording(
     """
     head = read_header(header)
     zero = np.asarray(time).ravel()[:1]  # of dates, from which all times count
-    time = _since(zero, time, "time")
+    time = _seconds_since(zero, time, "time")
     if isinstance(attitude, tuple) and len(attitude) == 2:
-        attitude = _since(zero, attitude[0], "attitude_time"), attitude[1]
+        attitude = _seconds_since(zero, attitude[0], "attitude_time"), attitude[1]
     if isinstance(position, tuple) and len(position) == 2:
-        position = _since(zero, position[0], "position_time"), position[1]
+        position = _seconds_since(zero, position[0], "position_time"), position[1]
     voltage, overdriven = _voltages(lower, upper, head)
     count = voltage.shape[0]
     times = increasing_times(array_of("time", time, (count,)), "time")
@@ -133,7 +133,7 @@ def echoes_from_recording(
     )
 
 
-def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
+def _seconds_since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
     """Times in s: of dates, since the first pulse's `zero`; durations; and numbers as they are."""
     kind = np.asarray(times).dtype.kind
     if (kind == "M") != (zero.dtype.kind == "M"):

@@ -49,7 +49,7 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
     sector = head.sector_deg
     if sector is None:
         if travelled[-1] < 360.0 - 2.0 * head.azimuth_beamwidth_deg:
-            remedy = _DEGREES if _like_radians(azimuth) else "add it"
+            remedy = _DEGREES if _is_in_radians(azimuth) else "add it"
             raise InputError(
                 f"sector_deg: is missing: the azimuths cover {travelled[-1]:.4g}°: must cover a full circle, or the "
                 f"header say which sector is looked at; {remedy}"
@@ -59,7 +59,7 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
     beside = 0.5 * (360.0 - width)  # what is received beyond the sector belongs to the turn that is nearer
     first = (azimuth[0] - sector[0] + beside + _ROUNDING) % 360.0 - beside - _ROUNDING
     sweep = first + travelled
-    number = np.floor((sweep + beside + _ROUNDING) / 360.0) if turn is None else _given(turn)
+    number = np.floor((sweep + beside + _ROUNDING) / 360.0) if turn is None else _check_turns(turn)
     number = np.maximum.accumulate(number).astype(np.int32)
     sweep = sweep - 360.0 * np.floor((sweep + beside + _ROUNDING) / 360.0)
     kept = np.arange(azimuth.size)
@@ -94,7 +94,7 @@ def _rate(azimuth: Array, time: Array, head: RecordingHeader) -> float:
     return rate if stated is None else stated
 
 
-def _like_radians(azimuth: Array) -> bool:
+def _is_in_radians(azimuth: Array) -> bool:
     return float(np.ptp(azimuth)) <= 2.0 * np.pi
 
 
@@ -103,14 +103,14 @@ def _refuse_jumps(steps: Array, expected: Array, azimuth: Array, head: Recording
     bad = np.flatnonzero(np.abs(steps - expected) > _SWING * expected + _ROUGH_DEG + count)
     if bad.size:
         here = int(bad[0])
-        remedy = _DEGREES if _like_radians(azimuth) else "sort the pulses by time, or mend the encoder's readings"
+        remedy = _DEGREES if _is_in_radians(azimuth) else "sort the pulses by time, or mend the encoder's readings"
         raise InputError(
             f"azimuth: jumps by {steps[here]:.4g}° from one pulse's {azimuth[here]:.6g}° to the next one's "
             f"{azimuth[here + 1]:.6g}°: must go on by about {expected[here]:.4g}°; {remedy}"
         )
 
 
-def _given(turn: Array) -> Array:
+def _check_turns(turn: Array) -> Array:
     if not np.isfinite(turn).all() or (np.diff(turn) < 0.0).any():
         raise InputError("turn: must be whole numbers that never decrease; sort the pulses by time, or leave turn out")
     return turn

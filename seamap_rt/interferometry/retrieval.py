@@ -29,7 +29,7 @@ from .poses import Heights
 from .quality import quality_flags
 from .slopes import Shadow, Slopes, local_planes, plane_reach, rms_slope, shadow, visible_slopes
 from .speckle import ONE_CELL
-from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .velocity import Doppler, Lag, doppler, ground_velocity, own_velocity
 from .windows import window_weights
 
 Map = NDArray[np.float64]
@@ -69,7 +69,7 @@ def retrieve_turns(echoes: xr.Dataset | str | Path, settings: Changes = None, af
         members = np.flatnonzero(numbers == turn)
         one = echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1))
         check_maps(one, settings)
-        yield _one(read_turn(one), settings)
+        yield _map_turn(read_turn(one), settings)
 
 
 def joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
@@ -84,11 +84,11 @@ def joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
 
 def retrieve_one(echoes: xr.Dataset, settings: Changes = None) -> xr.DataTree:
     """Maps of the single turn that these echoes hold."""
-    return _one(checked_echoes(echoes), settings_of(echoes, settings))
+    return _map_turn(checked_echoes(echoes), settings_of(echoes, settings))
 
 
 @one_blas_thread()
-def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
+def _map_turn(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
     cells, points = retrieve_turn(echoes, radar, settings, turn)
@@ -172,10 +172,10 @@ def retrieve_turn(
         "phase": np.angle(heights.cells.cross),
         "phase_unwrapped": np.where(heard, heights.phase, np.nan),
         "snr_db": _snr_db(echo_power, given.echo.noise),
-        **_of_velocities(looks, given, lags, heights, heard),
+        **_velocity_fields(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
-        **_of_dwells(estimate, heard, common),
+        **_dwell_fields(estimate, heard, common),
         **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
@@ -186,7 +186,7 @@ def retrieve_turn(
     return _polar(fields, looks, model.paths, turn, planes), Ground.of(model.poses, heights, looks.sweeps)
 
 
-def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
+def _dwell_fields(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
     """Heights of single dwells and gates, where found: errors hardly depend on each other but for the common [m²]."""
     if estimate.dwells is None:
         return {}
@@ -196,7 +196,7 @@ def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dic
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
 
-def _of_velocities(
+def _velocity_fields(
     looks: Looks, given: Interferogram, lags: Sequence[Lag], heights: Heights, heard: NDArray[np.bool_]
 ) -> dict[str, Map]:
     """What moves, and how unevenly: none of a transmitter whose phases mean nothing from pulse to pulse."""
@@ -279,7 +279,7 @@ def _shadow(
     radar, settings = given.model.radar, given.settings
     return shadow(
         given.echo.dwells,
-        given.echo.lit,
+        given.echo.lit_cell_power,
         slopes.outward,
         rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
         _grazing(given),
@@ -306,7 +306,7 @@ def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], heights
     own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
     height = given.model.poses.fan.height - heights.height
     return replace(
-        seen, velocity=over_ground(seen.velocity, own, given.model.poses.azimuth, heights.ground_range, height)
+        seen, velocity=ground_velocity(seen.velocity, own, given.model.poses.azimuth, heights.ground_range, height)
     )
 
 

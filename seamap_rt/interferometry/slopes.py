@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import erf, erfcx
 
 from ..compute.compiled import compiled
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from .quality import gate_median
 
 Map = NDArray[np.float64]
@@ -66,7 +66,7 @@ def local_planes(
     limits = np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), shape[1]) for each in reach])
     slopes = np.full((2, *shape), np.nan)
     points, away = np.stack(rest[:2]), np.stack(rest[2:])
-    in_blocks(lambda *looks: fit_planes(*looks, z, w, points, away, limits, least, slopes), shape[0])
+    run_blocks(lambda *looks: fit_planes(*looks, z, w, points, away, limits, least, slopes), shape[0])
     return Slopes(*slopes)
 
 

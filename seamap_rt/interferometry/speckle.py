@@ -32,7 +32,7 @@ class DwellPulses:
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
     looks: int = 1_000_000  # that there are: a window is no wider
 
-    def every(self, step: float) -> DwellPulses:
+    def resample(self, step: float) -> DwellPulses:
         """The same dwell where one pulse in 1/step is compared; step: a ratio, above 1 for more."""
         if not step > 0.0:  # a receiver that heard nothing
             return self
@@ -88,7 +88,7 @@ def incoherent_power(wide: Covariance, noise_power: float, samples: float, kept:
     before and after, and no phase is off by it. Where noise hides it the share of all looks at about that range stands
     in, as far as it does.
     """
-    known = wide.known
+    known = wide.has_value
     power = np.where(known, 0.5 * (wide.lower + wide.upper), noise_power) - noise_power
     shared = np.where(known, np.abs(wide.cross), 0.0)
     missing = np.where(known, kept * power - shared, 0.0)

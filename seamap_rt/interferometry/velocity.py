@@ -71,20 +71,20 @@ def pulse_pair_lags(
 
     hears = [np.ascontiguousarray(each) for each in heard.T]
 
-    def alike(lag: int) -> tuple[Rows, Rows, list[NDArray[np.bool_]]]:
+    def pair_pulses(lag: int) -> tuple[Rows, Rows, list[NDArray[np.bool_]]]:
         early, late = rows_apart(time, lag * interval, interval)
         same = transmitter[early] == transmitter[late]
         return early, late, [same & each[early] & each[late] for each in hears]
 
     def pairs(lag: int) -> list[Products]:
-        early, late, good = alike(lag)
+        early, late, good = pair_pulses(lag)
         return [
             Products((late[rows], receiver), (early[rows], receiver), early[rows])
             for rows, receiver in zip(good, receivers, strict=True)
             if rows.any()
         ]
 
-    counts = [sum(map(np.count_nonzero, alike(lag)[2])) for lag in range(1, min(_MOST_CYCLE, time.size - 1) + 1)]
+    counts = [sum(map(np.count_nonzero, pair_pulses(lag)[2])) for lag in range(1, min(_MOST_CYCLE, time.size - 1) + 1)]
     if not any(counts):
         return NO_LAGS
     cycle = 1 + next(n for n, count in enumerate(counts) if count >= 0.5 * max(counts))
@@ -178,7 +178,7 @@ def own_velocity(position: NDArray[np.float64], time: NDArray[np.float64], dwell
     return np.moveaxis(dwells.means(np.where(high[:, None] - low[:, None] > 1, slope, 0.0)), 0, -1)
 
 
-def over_ground(
+def ground_velocity(
     velocity: NDArray[np.float64],
     own: NDArray[np.float64],
     azimuth_deg: NDArray[np.float64],

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 
 _MARGIN = 8  # gates, of which the margins are multiples
 _GROUP = 32  # gates: loops over whole groups leave no remainder to be gone through one by one
@@ -183,7 +183,7 @@ class PhaseSlopes:
         if gates not in self._phasors:
             each = (np.atleast_2d(field) for field in (self.per_gate, self.per_look))
             wide = (np.broadcast_to(_phasor(-field), (2, len(field), gates)) for field in each)
-            self._phasors[gates] = tuple(map(_in_lanes, wide))
+            self._phasors[gates] = tuple(map(_pad_to_lanes, wide))
         return self._phasors[gates]
 
     @cached_property
@@ -200,7 +200,7 @@ class Covariance:
     upper: NDArray[np.float64]
 
     @cached_property
-    def known(self) -> NDArray[np.bool_]:
+    def has_value(self) -> NDArray[np.bool_]:
         """(look, gate) of cells with a number: not those of a look without pulses, or of a receiver that gave NaN."""
         return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
 
@@ -222,11 +222,11 @@ class Covariance:
         (looks, gates), half, level, cells = self.cross.shape, range_weights.size // 2, along.level, self
         beside = np.empty((2, 0, 1, 1))
         if level is not None:
-            beside = _in_lanes(_phasor(np.stack([level(gate) for gate in range(-half, half + 1)])))
+            beside = _pad_to_lanes(_phasor(np.stack([level(gate) for gate in range(-half, half + 1)])))
             cells = replace(self, cross=self.cross * np.exp(-1j * level(0)))
         given, weights = cells._cells(half), (range_weights, look_weights)
         phasors, means = Phasors(*along.phasors(gates), beside), np.empty((4, looks, gates))
-        in_blocks(lambda *rows: window_means(*rows, given, *weights, phasors, means), looks)
+        run_blocks(lambda *rows: window_means(*rows, given, *weights, phasors, means), looks)
         return _covariance(means)
 
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
@@ -234,30 +234,30 @@ class Covariance:
         one. They stay NaN."""
         given, means = self._cells(range_weights.size // 2), np.empty((4, *self.cross.shape))
         weights = range_weights, look_weights
-        in_blocks(lambda *rows: unaligned_window_means(*rows, given, *weights, means), len(self.cross))
+        run_blocks(lambda *rows: unaligned_window_means(*rows, given, *weights, means), len(self.cross))
         return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
         given, means = self._cells(range_weights.size // 2), np.empty((1, *self.cross.shape))
-        in_blocks(lambda *rows: window_powers(*rows, given, range_weights, look_weights, means), len(self.cross))
+        run_blocks(lambda *rows: window_powers(*rows, given, range_weights, look_weights, means), len(self.cross))
         return means[0]
 
     def _cells(self, half: int) -> Cells:
         """For windows that reach `half` gates to either side: kept, for they come in several sizes."""
         margin = -(-half // _MARGIN) * _MARGIN
-        if margin not in self._kept:
+        if margin not in self._cache:
             looks, gates = self.cross.shape
             field, known = (np.zeros((*n, looks, 2 * margin + _lanes(gates))) for n in ((4,), ()))
             here = np.s_[..., margin : margin + gates]
-            known[here] = self.known
+            known[here] = self.has_value
             for mine, part in zip(field, (self.cross.real, self.cross.imag, self.lower, self.upper), strict=True):
-                np.copyto(mine[here], part, where=self.known)
-            self._kept[margin] = Cells(field, known)
-        return self._kept[margin]
+                np.copyto(mine[here], part, where=self.has_value)
+            self._cache[margin] = Cells(field, known)
+        return self._cache[margin]
 
     @cached_property
-    def _kept(self) -> dict[int, Cells]:
+    def _cache(self) -> dict[int, Cells]:
         return {}
 
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
@@ -282,7 +282,7 @@ def complex_of(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDA
     return made
 
 
-def _in_lanes(field: NDArray[np.float64]) -> NDArray[np.float64]:
+def _pad_to_lanes(field: NDArray[np.float64]) -> NDArray[np.float64]:
     """A field (…, gate) with zeros behind it, to whole groups."""
     wide = np.zeros((*field.shape[:-1], _lanes(field.shape[-1])))
     wide[..., : field.shape[-1]] = field

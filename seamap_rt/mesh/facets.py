@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import unit_from_azimuth
 from .grid import PolarGrid
 
@@ -207,7 +207,7 @@ def facets_of(
     height = np.empty(shape)
     slope_look, slope_cross = (np.empty(shape, dtype=np.float32) for _ in range(2))
     edges = Edges(chord, step, half)
-    in_blocks(
+    run_blocks(
         lambda *block: fill_planes(*block, elevation, near, far, edges, height, slope_look, slope_cross), grid.columns
     )
     velocity_look, velocity_up = velocity
@@ -238,7 +238,7 @@ def velocities_of(
         fill_velocities(begin, end, velocity_look, look)
         fill_velocities(begin, end, velocity_up, up)
 
-    in_blocks(work, columns)
+    run_blocks(work, columns)
     return look, up
 
 
@@ -247,5 +247,5 @@ def strain_of(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np
     step, half = np.diff(grid.ground_range), 0.5 * np.radians(grid.spacing_deg)
     look, chord = np.stack(unit_from_azimuth(grid.column_azimuth), axis=1), 2.0 * grid.ground_range * np.sin(half)
     strain = np.empty((grid.columns, 2 * step.size), dtype=np.float32)
-    in_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, Edges(chord, step, half), strain), grid.columns)
+    run_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, Edges(chord, step, half), strain), grid.columns)
     return strain

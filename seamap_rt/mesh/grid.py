@@ -84,14 +84,14 @@ class PolarGrid:
     @cached_property
     def antenna_positions(self) -> NDArray[np.float64]:
         """(column, antenna, 3) m, of the antennas in the column's frame: along the column, across it, up."""
-        return self._in_columns(self.column_pose.offsets)
+        return self._to_column_axes(self.column_pose.offsets)
 
     @cached_property
     def array_up(self) -> NDArray[np.float64]:
         """(column, 3) unit vector up the array: along the column, across it, up."""
-        return self._in_columns(self.column_pose.axes[:, 2:])[:, 0]
+        return self._to_column_axes(self.column_pose.axes[:, 2:])[:, 0]
 
-    def _in_columns(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _to_column_axes(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (column, n, 3) east north up as along, across, up."""
         return np.einsum("cij,cnj->cni", column_frame(self.column_azimuth), vectors)
 

@@ -52,7 +52,7 @@ def sampling_errors(radar: RadarSettings, ranges: Field, facet: Field) -> Sampli
         coherence = np.abs(exact.covariance) / exact.power
         metres = look.metres_per_radian(float(middle)) if coherence[0] > _LEAST_COHERENCE else 0.0
         for size, step in enumerate(facet):
-            found = look.on_facets(float(middle), float(step)) + rest
+            found = look.facet_sums(float(middle), float(step)) + rest
             each = (
                 db(np.maximum(found.power / exact.power, _LEAST)),
                 metres * np.angle(found.covariance * exact.covariance.conj()),
@@ -108,7 +108,7 @@ class _Look:
         main, rest = (self._sums(middle, ground[None], np.where(part, step * ground, 0.0)) for part in (lobe, ~lobe))
         return main + rest, rest
 
-    def on_facets(self, middle: float, step: float) -> _Sums:
+    def facet_sums(self, middle: float, step: float) -> _Sums:
         """The main lobe by facets between rungs `step` apart, wherever these lie against the gate: (place,).
 
         Between two rungs one facet has its base on the nearer rung and one on the farther: their areas are as the

@@ -171,7 +171,7 @@ def _level(radar: RadarSettings) -> tuple[float, SamplingErrors]:
     """`level_facet`, and its errors at `_ranges`."""
     ranges = np.append(_ranges(radar), radar.range_m[0])
     facet, errors = _LEAST_FACET, SamplingErrors(*np.zeros((3, ranges.size, 1)))
-    for facet in _facet_sizes(max(_two_digits(range_cell(radar) / _RUNGS_A_CELL), _LEAST_FACET)):
+    for facet in _facet_sizes(max(_round_down(range_cell(radar) / _RUNGS_A_CELL), _LEAST_FACET)):
         errors = sampling_errors(radar, ranges, np.array([facet]))
         if all(np.max(each) <= most for each, most in zip(errors, _LEVEL, strict=True)):
             break
@@ -359,10 +359,10 @@ def _coarsest(sea: SeaSettings, spacing: float, radar: RadarSettings) -> tuple[f
     regular = [waves for waves in sea.waves if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0]
     limits += [(waves.wavelength_m / _RUNGS_A_WAVE, "the regular wave's length") for waves in regular]
     limit, reason = min(limits)
-    return max(_two_digits(limit), _LEAST_FACET), reason
+    return max(_round_down(limit), _LEAST_FACET), reason
 
 
-def _two_digits(value: float) -> float:
+def _round_down(value: float) -> float:
     """Rounded down, so that sizes are plain numbers."""
     scale = 10.0 ** (1 - np.floor(np.log10(value)))
     return float(f"{np.floor(value * scale * (1.0 + 1e-12)) / scale:.2g}")
@@ -371,4 +371,4 @@ def _two_digits(value: float) -> float:
 def _facet_sizes(coarsest: float) -> NDArray[np.float64]:
     """What is tried, from the coarsest down."""
     number = int(np.log(coarsest / _LEAST_FACET) / np.log(_LADDER))
-    return np.array(list(dict.fromkeys(_two_digits(coarsest * _LADDER**-n) for n in range(number + 1))))
+    return np.array(list(dict.fromkeys(_round_down(coarsest * _LADDER**-n) for n in range(number + 1))))

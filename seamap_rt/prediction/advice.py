@@ -113,12 +113,12 @@ def advise_on(
     courses = [Course(float(way), float(fast)) for way in heading for fast in speed] + [held]
     transfers = sea.transfers(courses, shares_of(vessel, hull, depth_m))
     lead = np.arange(0.0, horizon_s + 0.5 * _STEP_S, _STEP_S)
-    drawn = sea.drawn(lead, transfers, draws, seed)
+    drawn = sea.draw_motions(lead, transfers, draws, seed)
     drawn[:, 1:3] = np.degrees(drawn[:, 1:3])
     degrees = np.array([1.0, 180.0 / np.pi, 180.0 / np.pi, 1.0, 1.0])
     still, moving = (each * degrees for each in sea.moments(transfers))
     way = np.array([each.speed_m_s * np.cos(np.radians(each.heading_deg - bound)) for each in courses])
-    seen, beyond = _of_draws(drawn, limits, hull), _of_spectrum(still, moving, limits, hull)
+    seen, beyond = _figures_of_draws(drawn, limits, hull), _figures_of_spectrum(still, moving, limits, hull)
     seen["distance_made_good"], beyond["distance_made_good"] = way * horizon_s, way * _BEYOND_S
     shape = heading.size, speed.size
     parts = {
@@ -165,7 +165,7 @@ def _courses(headings: ArrayLike | None, speeds: ArrayLike | None) -> tuple[Fiel
     return heading, speed
 
 
-def _of_draws(drawn: Drawn, limits: Mapping[str, float], hull: Hull) -> dict[str, Field]:
+def _figures_of_draws(drawn: Drawn, limits: Mapping[str, float], hull: Hull) -> dict[str, Field]:
     """Figures (course,) of the seconds that were drawn."""
     made: dict[str, Field] = {}
     highest = np.abs(drawn).max(axis=-1)  # (course, quantity, draw)
@@ -188,7 +188,7 @@ def _of_draws(drawn: Drawn, limits: Mapping[str, float], hull: Hull) -> dict[str
     return made | {"slam_probability": slams, "green_water_probability": green}
 
 
-def _of_spectrum(still: Field, moving: Field, limits: Mapping[str, float], hull: Hull) -> dict[str, Field]:
+def _figures_of_spectrum(still: Field, moving: Field, limits: Mapping[str, float], hull: Hull) -> dict[str, Field]:
     """Figures (course,) of some minutes by standard deviations (course, quantity) of motions and their rates."""
     made: dict[str, Field] = {}
     times = moving / np.maximum(still, 1e-300) / (2.0 * np.pi) * _BEYOND_S  # of upcrossings of 0

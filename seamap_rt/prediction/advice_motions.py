@@ -186,13 +186,13 @@ class SeaPrediction:
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
         made = np.empty((len(courses), len(QUANTITIES), whole.kx.size), np.complex128)
 
-        def one(heading: float) -> None:
+        def fill_heading(heading: float) -> None:
             chosen = [number for number, course in enumerate(courses) if course.heading_deg == heading]
             speeds = np.array([[courses[number].speed_m_s] for number in chosen])
             made[chosen] = np.moveaxis(shares(whole, (heading, speeds)), 1, 0)
 
         with pool() as workers:
-            list(workers.map(one, {course.heading_deg for course in courses}))
+            list(workers.map(fill_heading, {course.heading_deg for course in courses}))
         ends = np.cumsum([each.kx.size for each in sets])
         return Transfers(courses, *np.split(made, ends[:-1], axis=-1))
 
@@ -202,7 +202,7 @@ class SeaPrediction:
         made = np.zeros((self.amplitudes.shape[0], *transfers.waves.shape[:2], count), np.complex128)
         own = {part: np.flatnonzero(each) for part, each in enumerate(self.amplitudes) if each.any()}
 
-        def one(number: int, course: Course, share: Envelope) -> None:
+        def transform_waves(number: int, course: Course, share: Envelope) -> None:
             # Moments are a transform's modes, counted from its middle.
             angle = (self.waves.encounter(course) * step + np.pi) % (2.0 * np.pi) - np.pi
             middle = self.amplitudes * self.waves.phasors(course, lead[count // 2 : count // 2 + 1])
@@ -212,14 +212,14 @@ class SeaPrediction:
                 made[part, number] = sums
 
         with pool() as workers:
-            list(workers.map(one, range(made.shape[1]), transfers.courses, transfers.waves))
+            list(workers.map(transform_waves, range(made.shape[1]), transfers.courses, transfers.waves))
         return made
 
     def expected(self, lead: Field, transfers: Transfers) -> Expectation:
         """Motions and their open variance (course, quantity, moment) at evenly spaced leads [s] from 0 on."""
         return self.expect(self.envelopes(lead, transfers), lead, transfers)
 
-    def drawn(self, lead: Field, transfers: Transfers, draws: int, seed: int) -> NDArray[np.float32]:
+    def draw_motions(self, lead: Field, transfers: Transfers, draws: int, seed: int) -> NDArray[np.float32]:
         """Motions that may come (course, quantity, draw, moment): the expected, and errors of one sea for all courses
         of a draw, of the sea's own spectrum, as large as what is open."""
         mean, variance = self.expected(lead, transfers)
@@ -229,7 +229,7 @@ class SeaPrediction:
         made = np.empty((*mean.shape[:2], draws, lead.size), np.float32)
         groups = Waves(*(each[chosen] for each in (self.groups.kx, self.groups.ky, self.groups.omega)))
 
-        def one(number: int, course: Course) -> None:
+        def draw_course(number: int, course: Course) -> None:
             share = transfers.groups[number][:, chosen] * scale
             power = np.maximum(np.sum(np.abs(share) ** 2, axis=1), 1e-300)
             size = np.sqrt(variance[number] / power[:, None])
@@ -239,7 +239,7 @@ class SeaPrediction:
             made[number] += mean[number, :, None]
 
         with pool() as workers:
-            list(workers.map(one, range(made.shape[0]), transfers.courses))
+            list(workers.map(draw_course, range(made.shape[0]), transfers.courses))
         return made
 
     def moments(self, transfers: Transfers) -> tuple[Field, Field]:
@@ -267,15 +267,15 @@ class _OpenShares:
         here = np.full(coarse.size, field.centre[0]), np.full(coarse.size, field.centre[1]), field.issued + coarse
         short = np.einsum("lg,cqg->cql", field.short_share(here), powers) / np.maximum(whole, 1e-300)
         share = np.minimum(said[:, None] / variances.sum() + short, 1.0)
-        kept, share = _between(coarse, kept, lead)[:, None], _between(coarse, share, lead)
-        met = field.met(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
+        kept, share = _interpolate(coarse, kept, lead)[:, None], _interpolate(coarse, share, lead)
+        met = field.is_within_period(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
         met = met.reshape(len(transfers.courses), 1, lead.size)
         still_open = np.where(met, share, 1.0) * whole
         known = whole - still_open
         out = np.multiply.outer([course.speed_m_s for course in transfers.courses], lead)[:, None]
         near = np.stack([out < lattice.radius for lattice in field.lattices])
         waves = np.sum(envelopes * near, axis=0)
-        right = field.model_error.kept(field.issued + lead, height_of(waves, known))
+        right = field.model_error.kept_share(field.issued + lead, height_of(waves, known))
         mean = np.where(met, right * kept * waves.real, 0.0)
         return mean, still_open + known * (1.0 - right**2)
 
@@ -287,7 +287,7 @@ class _OpenShares:
             axis=1,
             return_inverse=True,
         )
-        kept, missed = field.left_elevation(*places)
+        kept, missed = field.residual_elevation(*places)
         said = 0.5 * np.mean(np.abs(missed) ** 2, axis=0)
         shape = len(courses), lead.size
         return kept[number].reshape(shape), said[number].reshape(shape)
@@ -301,7 +301,7 @@ def _ways(field: WaveField, courses: Sequence[Course], lead: Field) -> tuple[Fie
     return x, y, np.broadcast_to(field.issued + lead, out.shape)
 
 
-def _between(coarse: Field, values: Field, lead: Field) -> Field:
+def _interpolate(coarse: Field, values: Field, lead: Field) -> Field:
     """Values (…, coarse) at leads between, along lines."""
     low = np.clip(np.searchsorted(coarse, lead, side="right") - 1, 0, coarse.size - 2)
     part = (lead - coarse[low]) / (coarse[low + 1] - coarse[low])

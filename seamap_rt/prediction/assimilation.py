@@ -109,17 +109,17 @@ def solve(
     def normal(u: Unknowns) -> Unknowns:
         amplitudes = scaled(u)
 
-        def one(batch: Batch) -> Unknowns:
+        def apply_batch(batch: Batch) -> Unknowns:
             values = batch.weight.astype(np.float32) * batch.sum.values(amplitudes)
             return batch.sum.amplitudes(values)
 
-        return [mine + seen for mine, seen in zip(u, gathered(list(pool.map(one, batches))), strict=True)]
+        return [mine + seen for mine, seen in zip(u, gathered(list(pool.map(apply_batch, batches))), strict=True)]
 
-    def back(pair: tuple[Batch, NDArray[np.float32]]) -> Unknowns:
+    def back_project(pair: tuple[Batch, NDArray[np.float32]]) -> Unknowns:
         return pair[0].sum.amplitudes((pair[0].weight * pair[1]).astype(np.float32))
 
     given = [batch.seen.value.astype(np.float32) for batch in batches] if values is None else values
-    right = gathered(list(pool.map(back, zip(batches, given, strict=True))))
+    right = gathered(list(pool.map(back_project, zip(batches, given, strict=True))))
     u = [np.zeros_like(part) for part in right] if start is None else start
     rest = right if start is None else _plus(right, -1.0, normal(u))
     way = better = precondition(rest)
@@ -230,7 +230,7 @@ class Preconditioner:
         time = np.concatenate([batch.seen.time for batch in batches])
         self._middle = float(time.mean()) if time.size else 0.0
         self._strongest = StrongestWaves(lattices[0], batches)
-        self._zones = list(workers.map(self._of, range(len(lattices)), lattices, repeat(batches)))
+        self._zones = list(workers.map(self._lattice_zones, range(len(lattices)), lattices, repeat(batches)))
 
     def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
         chosen = self._strongest.chosen
@@ -242,7 +242,7 @@ class Preconditioner:
         made[0].ravel()[chosen] = self._strongest.apply_inverse(unknowns[0].ravel()[chosen])
         return made
 
-    def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
+    def _lattice_zones(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
         prior = lattice.scale**2
         strongest = np.unravel_index(np.argmax(prior), prior.shape)
         most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..io.declared import to_unit
 from ..io.opening import load, open_dataset
 from ..physics.dispersion import wavenumber
-from .vessel import Complex, EncounterWaves, Real, Responses, Values, Vessel, meeting
+from .vessel import Complex, EncounterWaves, Real, Responses, Values, Vessel, encounter_waves
 
 _SLOW = 1e-3  # rad/s: slower encounters count as this, since nothing holds a free boat in surge and sway
 _FREE = ("Heave", "Roll", "Pitch")
@@ -54,9 +54,9 @@ class _HullTable:
         self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
-        met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
+        met = encounter_waves(kx, ky, omega, heading_deg, speed_m_s, depth_m)
         beat = np.where(np.abs(met.encounter) < _SLOW, _SLOW, met.encounter)[..., None, None]
-        low, high, part = _between(self.omega, np.abs(met.encounter))
+        low, high, part = _bracket(self.omega, np.abs(met.encounter))
         added, damping = (
             each[low] + part[..., None, None] * (each[high] - each[low]) for each in (self.added_mass, self.damping)
         )
@@ -66,9 +66,9 @@ class _HullTable:
         return Responses(heave, roll, -pitch)  # with y to port, a positive turn about it puts the bow down
 
     def _force(self, met: EncounterWaves, depth_m: float) -> Complex:
-        low, high, part = _between(self.omega, met.sigma)
+        low, high, part = _bracket(self.omega, met.sigma)
         towards = np.arctan2(-met.starboard, met.ahead)
-        left, right, turned = _between(self.direction, (towards - self.direction[0]) % _TURN + self.direction[0])
+        left, right, turned = _bracket(self.direction, (towards - self.direction[0]) % _TURN + self.direction[0])
         part, turned = part[..., None], turned[..., None]
         below, above = ((1.0 - turned) * self.force[row, left] + turned * self.force[row, right] for row in (low, high))
         force = (1.0 - part) * below + part * above
@@ -101,7 +101,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
         raise
     except Exception as error:  # h5py, h5netcdf and xarray each have their own for a file of another make
         raise InputError(f"{path}: cannot be read as NetCDF ({error}); save the dataset in that form") from None
-    held, dofs, several = _one_body(held, path, body)
+    held, dofs, several = _select_body(held, path, body)
     mass, stiffness = (_numbers(held, path, name, _DOFS) for name in ("inertia_matrix", "hydrostatic_stiffness"))
     if not np.isfinite([mass, stiffness]).all():
         name = "hydrostatic_stiffness" if np.isfinite(mass).all() else "inertia_matrix"
@@ -125,7 +125,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
     if float(held.get("forward_speed", 0.0)) != 0.0:
         raise InputError(f"{path}: forward_speed is not 0; compute the boat at rest, its speed is given with the waves")
     order = np.argsort(omega)
-    known, notes = _known(path, omega, added_mass, damping, scattered, incident)
+    known, notes = _known_frequencies(path, omega, added_mass, damping, scattered, incident)
     order = order[known[order]]
     omega, added_mass, damping = omega[order], added_mass[order], damping[order]
     scattered, incident = scattered[order], incident[order]
@@ -144,7 +144,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
         if (away := float(np.hypot(*place))) > _BESIDE_M:
             notes.append(f"the body stands {away:.3g} m from the file's origin, and its motions count from there")
     matrices = {"inertia_matrix": mass, "hydrostatic_stiffness": stiffness, "added_mass": added_mass[omega.size // 2]}
-    towards, force = _all_round(path, dofs, towards, force, symmetry, matrices)
+    towards, force = _complete_directions(path, dofs, towards, force, symmetry, matrices)
     direction, columns = np.unique(np.round(towards % _TURN, 7) % np.round(_TURN, 7), return_index=True)
     direction = np.append(direction, direction[0] + _TURN)
     if (gap := float(np.diff(direction).max())) > _WIDEST + 1e-5:
@@ -161,7 +161,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
     return _HullTable(dofs, omega, direction, mass, stiffness, added_mass, damping, force, warnings)
 
 
-def _one_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dataset, tuple[str, ...], bool]:
+def _select_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dataset, tuple[str, ...], bool]:
     """One body's part of a file, the names of its degrees of freedom, and whether there are several bodies."""
     among = {name: [str(each) for each in np.atleast_1d(held[name])] if name in held else [] for name in _DOFS}
     every = [each for each in among[_DOFS[0]] if each in among[_DOFS[1]]]
@@ -196,7 +196,7 @@ def _numbers(held: xr.Dataset, path: Path, name: str, dims: tuple[str, ...]) -> 
     return held[name].transpose(*dims).to_numpy().astype(np.float64)
 
 
-def _known(path: Path, omega: Real, *tables: NDArray[np.inexact]) -> tuple[NDArray[np.bool_], list[str]]:
+def _known_frequencies(path: Path, omega: Real, *tables: NDArray[np.inexact]) -> tuple[NDArray[np.bool_], list[str]]:
     """Which frequencies, of tables (omega, …), hold numbers, and what to say of the others."""
     whole = np.logical_and.reduce([np.isfinite(each).reshape(omega.size, -1).all(axis=1) for each in tables])
     known = whole & np.isfinite(omega) & (omega > 0.0)
@@ -223,7 +223,7 @@ def _place(k: float, towards: Real, heave: NDArray[np.inexact], stiffness: Real,
     return centre + np.array([stiff["Pitch"], -stiff["Roll"]])
 
 
-def _all_round(
+def _complete_directions(
     path: Path,
     dofs: tuple[str, ...],
     towards: Real,
@@ -240,7 +240,7 @@ def _all_round(
             "compute without it, or leave prediction.vessel.symmetry out"
         )
     sides, ends = (np.diag([_MIRRORED[name][mirror] for name in dofs]) for mirror in (0, 1))
-    known = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _turned(dofs, np.pi / 2)]}
+    known = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _rotation(dofs, np.pi / 2)]}
     if (images := known.get(symmetry)) is None:
         raise InputError(
             f"symmetry = '{symmetry}': must be one of {', '.join(known)}; leave it out where there is none"
@@ -257,14 +257,14 @@ def _all_round(
             )
     if symmetry == "round":
         angles = np.arange(0.0, _TURN, _FINE)
-        return towards[0] + angles, np.stack([force[:, 0] @ _turned(dofs, angle).T for angle in angles], axis=1)
+        return towards[0] + angles, np.stack([force[:, 0] @ _rotation(dofs, angle).T for angle in angles], axis=1)
     towards, force = np.append(towards, -towards), np.concatenate((force, force @ sides), axis=1)
     if symmetry == "sides_and_ends":
         towards, force = np.append(towards, np.pi - towards), np.concatenate((force, force @ ends), axis=1)
     return towards, force
 
 
-def _turned(dofs: tuple[str, ...], angle: float) -> Real:
+def _rotation(dofs: tuple[str, ...], angle: float) -> Real:
     """(dof, dof) what a turn about the vertical makes of forces and moments."""
     turned = np.eye(len(dofs))
     for first, second in (("Surge", "Sway"), ("Roll", "Pitch")):
@@ -274,7 +274,7 @@ def _turned(dofs: tuple[str, ...], angle: float) -> Real:
     return turned
 
 
-def _between(grid: Real, at: Real) -> tuple[NDArray[np.intp], NDArray[np.intp], Real]:
+def _bracket(grid: Real, at: Real) -> tuple[NDArray[np.intp], NDArray[np.intp], Real]:
     """Neighbours on an ascending grid, and how far from the first to the second; the ends go on for ever."""
     low = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, grid.size - 1)
     high = np.minimum(low + 1, grid.size - 1)

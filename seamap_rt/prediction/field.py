@@ -90,7 +90,7 @@ class WaveField(TableMixin):
     def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
         """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
         mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0].real
-        return np.where(self.met(x, y, time), mean, 0.0)
+        return np.where(self.is_within_period(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected slopes (…, 2) towards east and north, and their standard errors."""
@@ -127,15 +127,15 @@ class WaveField(TableMixin):
 
     def _predict(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
-        means, met = self._expected(wanted, points), self.met(*points)
+        means, met = self._expected(wanted, points), self.is_within_period(*points)
         share, made = self.short_share(points), []
-        for quantity, waves, kept, samples in zip(wanted, means, *self._left(wanted, points), strict=True):
+        for quantity, waves, kept, samples in zip(wanted, means, *self._residual_waves(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
             said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
             still_open = np.where(met, said, of_groups.sum())
             known = of_groups.sum() - still_open
-            right = self.model_error.kept(points[2], height_of(waves, known))
+            right = self.model_error.kept_share(points[2], height_of(waves, known))
             wrong, mean = known * (1.0 - right**2), right * kept * waves.real
             if quantity.name == "elevation":
                 mean = mean + known / of_groups.sum() * self._sinking
@@ -149,8 +149,8 @@ class WaveField(TableMixin):
         and what is open drawn from its own spectrum, so that neighbouring moments, and quantities, hang together."""
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
-        met, share = self.met(*points), self.short_share(points)
-        _, missed = self._left(wanted, points)
+        met, share = self.is_within_period(*points), self.short_share(points)
+        _, missed = self._residual_waves(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
         near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
@@ -172,36 +172,35 @@ class WaveField(TableMixin):
             made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
-    def met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
+    def is_within_period(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
         """Where (point,) no wave comes that the periodic lattice brings in a second time."""
         away = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1])
         lapse = np.maximum(time - self.begun, self.issued - time)
         return away + fastest(self.spectrum) * lapse <= 2.0 * np.pi / self.lattices[0].spacing - self.reach
 
     @property
-    def _short(self) -> NDArray[np.bool_]:
+    def _short_groups(self) -> NDArray[np.bool_]:
         """Groups (group,) that the samples do not hold."""
         return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
     def short_share(self, points: Points) -> Field:
         """What is open (point, group) of groups that the samples do not hold, as a share; 0 of others."""
         share = np.zeros((points[0].size, self.knowledge.groups.k.size))
-        share[:, self._short] = self.knowledge.open_share(*points, self._short)
+        share[:, self._short_groups] = self.knowledge.open_share(*points, self._short_groups)
         return share
 
-    def _left(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
-        """What share (quantity, point) of what was fitted is worth keeping, by what it was to samples, and the waves
-        (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
+    def _residual_waves(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
+        """Share (quantity, point) of the fitted waves to keep, by how well fits to samples agree with these, and the
+        waves (quantity, sample, point) that it leaves open: a fit may be too high where nothing was seen."""
         both = self.samples([each.samples for each in wanted], *points, fitted=True)
         missed, fitted = np.split(both, 2, axis=1)
         alike = np.mean(np.real(np.conj(fitted) * missed), axis=1)
         kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(fitted) ** 2, axis=1), 1e-12), 0.0, 1.0)
         return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
 
-    def left_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
-        """Of the elevation at points: what share of what was fitted is worth keeping (point,), and the waves (sample,
-        point) [m] that this leaves open."""
-        kept, missed = self._left(self.quantities(["elevation"]), (x, y, time))
+    def residual_elevation(self, x: Field, y: Field, time: Field) -> tuple[Field, NDArray[np.complex64]]:
+        """Share (point,) of the fitted elevation to keep, and the waves (sample, point) [m] that it leaves open."""
+        kept, missed = self._residual_waves(self.quantities(["elevation"]), (x, y, time))
         return kept[0], missed[0]
 
     def samples(
@@ -241,7 +240,7 @@ class WaveField(TableMixin):
         """Each quantity's sum of waves (point,), the water's where it is at home."""
         made: dict[str, Envelope] = {}
         for of_water in (True, False):
-            alike = [each for each in wanted if each.of_water == of_water]
+            alike = [each for each in wanted if each.is_of_water == of_water]
             if alike:
                 shares = [[each.lattices[n] for each in alike] for n in range(len(self.lattices))]
                 home = self.home(*points) if of_water else points[:2]
@@ -255,12 +254,12 @@ class WaveField(TableMixin):
             return x, y
         home = x, y
         for _ in range(_PASSES):
-            away = self._means(self._of(["displacement_x", "displacement_y"]), x, y, time, home)
+            away = self._means(self._factors(["displacement_x", "displacement_y"]), x, y, time, home)
             home = x - self.sharpness * away[0].real, y - self.sharpness * away[1].real
         return home
 
-    def _of(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
-        """What kinds are of each wave's amplitude, for each lattice."""
+    def _factors(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
+        """Factors of kinds of quantities on each wave's amplitude, for each lattice."""
         return [[lattice.factor(kind, self.spectrum.water) for kind in kinds] for lattice in self.lattices]
 
     def _means(

@@ -41,7 +41,7 @@ class Fit:
         self.sharpness = 0.0
 
     @classmethod
-    def anew(cls, spectrum: Spectrum, seen: Sequence[Observations], seconds: float, centre: tuple[float, float]) -> Fit:
+    def of(cls, spectrum: Spectrum, seen: Sequence[Observations], seconds: float, centre: tuple[float, float]) -> Fit:
         """For observations like these. seconds: from the first of them to the last forecast."""
         distance = np.concatenate([np.hypot(each.x - centre[0], each.y - centre[1]) for each in seen])
         information = np.concatenate([1.0 / (each.std**2 + _LEFT * spectrum.variance) for each in seen])
@@ -62,7 +62,7 @@ class Fit:
         mine = self.spectrum
         if (mine.water, mine.amplitude_dispersion) != (spectrum.water, spectrum.amplitude_dispersion):
             return False  # waves run on as they were made to
-        near = any(np.any(np.hypot(b.seen.x - centre[0], b.seen.y - centre[1]) <= self.reach) for b in self.all)
+        near = any(np.any(np.hypot(b.seen.x - centre[0], b.seen.y - centre[1]) <= self.reach) for b in self.all_batches)
         return near and 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
 
     def renew(self, spectrum: Spectrum, centre: tuple[float, float]) -> None:
@@ -80,7 +80,7 @@ class Fit:
         self.spectrum, self.lattices, self.centre = spectrum, made, centre
 
     @property
-    def left(self) -> float:
+    def missing_variance(self) -> float:
         """m², of waves that no lattice carries."""
         return max(self.spectrum.variance - sum(lattice.variance for lattice in self.lattices), 0.0)
 
@@ -92,10 +92,10 @@ class Fit:
         """Takes up observations, each of one turn."""
         for each, number in zip(seen, numbers, strict=True):
             inside = each[np.hypot(each.x - self.centre[0], each.y - self.centre[1]) <= self.reach]
-            self.batches[number] = [self._batch(part) for part in _in_time(inside)]
+            self.batches[number] = [self._batch(part) for part in _split_by_time(inside)]
 
     def _batch(self, seen: Observations) -> Batch:
-        weight, variance = weights(seen, self.lattices, self.left, self.centre)
+        weight, variance = weights(seen, self.lattices, self.missing_variance, self.centre)
         made = WaveSum(seen, self.lattices, self.spectrum.water, weight, self.centre)
         return Batch(seen, made, weight, variance)
 
@@ -105,7 +105,7 @@ class Fit:
         return sum(1 for number, parts in self.batches.items() if parts and number >= 0)
 
     @property
-    def all(self) -> list[Batch]:
+    def all_batches(self) -> list[Batch]:
         """The batches of all turns."""
         return [batch for parts in self.batches.values() for batch in parts]
 
@@ -113,13 +113,13 @@ class Fit:
         """Weighs all that was seen by the spectrum of now."""
         for parts in self.batches.values():
             for n, batch in enumerate(parts):
-                weight, variance = weights(batch.seen, self.lattices, self.left, self.centre)
+                weight, variance = weights(batch.seen, self.lattices, self.missing_variance, self.centre)
                 parts[n] = replace(batch, weight=weight, variance=variance)
 
     def solve(self, workers: Executor) -> None:
         """Fits the waves to all that was seen and weighed."""
-        values = [self.remove_setdown(batch) for batch in self.all]
-        self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
+        values = [self.remove_setdown(batch) for batch in self.all_batches]
+        self.unknowns, self.steps = solve(self.all_batches, self.lattices, workers, self.unknowns, values)
 
     def remove_setdown(self, batch: Batch) -> NDArray[np.float32]:
         """Values of areas alike, less what puts the mean level back, by which water is higher than its waves say."""
@@ -147,7 +147,7 @@ class Fit:
         """Σ w r d and Σ w d² of residuals r by the shift d of water that its waves move, of one turn's elevations at
         their own places, or of all."""
         total = np.zeros(2)
-        for batch in self.batches[number] if number is not None else self.all:
+        for batch in self.batches[number] if number is not None else self.all_batches:
             if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
                 continue
             rest = batch.seen.value - self._values(batch, "elevation")
@@ -223,7 +223,7 @@ class Fit:
     @property
     def middle(self) -> float:
         """s, mean time of what was seen, as it counts."""
-        return _middle(self.all)
+        return _middle(self.all_batches)
 
     def field(self, issued: float, sharpness: float, members: tuple[Member, ...], model_error: ModelError) -> WaveField:
         """The waves as they are known now."""
@@ -231,11 +231,11 @@ class Fit:
             lattices=tuple(self.lattices),
             amplitudes=tuple(self.amplitudes),
             spectrum=self.spectrum,
-            knowledge=Knowledge.of(self.spectrum, self.lattices, self.all, self.centre),
+            knowledge=Knowledge.of(self.spectrum, self.lattices, self.all_batches, self.centre),
             issued=issued,
             sharpness=sharpness,
             turns=self.turns,
-            begun=min(float(batch.seen.time.min()) for batch in self.all),
+            begun=min(float(batch.seen.time.min()) for batch in self.all_batches),
             reach=self.reach,
             members=members,
             model_error=model_error,
@@ -248,7 +248,7 @@ def _middle(batches: Sequence[Batch]) -> float:
     return sum(float(np.sum(batch.weight * batch.seen.time)) for batch in batches) / total
 
 
-def _in_time(seen: Observations) -> list[Observations]:
+def _split_by_time(seen: Observations) -> list[Observations]:
     """Observations in parts, each of a short time and one kind."""
     if not len(seen):
         return []

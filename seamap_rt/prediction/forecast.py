@@ -71,7 +71,7 @@ def forecast(
         if draws:
             for name, drawn in zip(names, field.draws(wanted, *way, draws, seed), strict=True):
                 values.setdefault(f"{name}_draw", []).append(drawn)
-    stacked = {name: _in_degrees(name, np.stack(each, axis=-1)[None]) for name, each in values.items()}
+    stacked = {name: _to_degrees(name, np.stack(each, axis=-1)[None]) for name, each in values.items()}
     stacked["predictable"] = np.clip(1.0 - stacked["elevation_std"] ** 2 / field.spectrum.variance, 0.0, 1.0)
     stacked["maximum_prediction_time"] = maximum_prediction_time(lead, stacked["elevation_std"][0], field.sea_std)[None]
     height, period = 4.0 * field.sea_std, field.spectrum.peak_period
@@ -100,7 +100,7 @@ def maximum_prediction_time(lead_s: ArrayLike, std: ArrayLike, sea_std: float) -
     return np.where(first == 0, 0.0, lead[before] + part * (lead[after] - lead[before]))
 
 
-def _in_degrees(name: str, values: np.ndarray) -> np.ndarray:
+def _to_degrees(name: str, values: np.ndarray) -> np.ndarray:
     return np.degrees(values) if name.startswith(("roll", "pitch")) else values
 
 

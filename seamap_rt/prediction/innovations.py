@@ -25,7 +25,7 @@ from ..physics.dispersion import Water
 from .assimilation import Batch
 from .field import WaveField
 from .fit import Fit
-from .knowledge import ErrorSample, ModelError, height_of, likely
+from .knowledge import ErrorSample, ModelError, fit_model_error, height_of
 from .observations import Observations, damped
 from .spectrum import Field
 
@@ -78,7 +78,7 @@ class Innovations:
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""
-        return likely(self._samples, fit.spectrum, fit.middle)
+        return fit_model_error(self._samples, fit.spectrum, fit.middle)
 
 
 def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:
@@ -180,7 +180,7 @@ class Drift:
         if not ridge > 0.0:
             return False
         loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2]) + _UNKNOWN**-2])
-        alone = self._beside(float(self._ways[2]), loose)
+        alone = self._likely_current(float(self._ways[2]), loose)
         if self._known:
             return self._accept_innovations(alone)
         if float(np.hypot(*(alone - self._ways)[:2])) > _FAR and self._accept_innovations(alone):
@@ -189,9 +189,9 @@ class Drift:
         # Drawn to the current of now, not to none: what that holds of it back would be taken for amplitude dispersion.
         likely = self._vector + loose @ np.append(self._ways[:2], 0.0)
         share = float(np.clip(np.linalg.solve(self._matrix + loose, likely)[2], 0.0, _MOST))
-        return self._accept_innovations(self._beside(share, loose))
+        return self._accept_innovations(self._likely_current(share, loose))
 
-    def _beside(self, share: float, loose: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _likely_current(self, share: float, loose: NDArray[np.float64]) -> NDArray[np.float64]:
         """The current that is likely beside a share of amplitude dispersion, and that share, (3,)."""
         rest = self._vector[:2] - self._matrix[:2, 2] * share
         current = np.linalg.solve((self._matrix + loose)[:2, :2], rest)

@@ -229,9 +229,9 @@ class ModelError:
         alone, own = -np.expm1(-turned), -np.expm1(-turned * height**2 / 6.0)
         return np.minimum(self.still, 1.0) + 2.0 / 3.0 * (alone + height * (alone + own))
 
-    def kept(self, time: Field, height: Field) -> Field:
-        """What is worth keeping of what is known, at most all: with a share w of it wrong it and the sea correlate by
-        1 − w/2, and by so much a forecast errs least, by 1 − (1 − w/2)² of it."""
+    def kept_share(self, time: Field, height: Field) -> Field:
+        """Share of the known waves that a forecast keeps, at most 1: where a share w of them is wrong, they and the sea
+        correlate by 1 − w/2, and with that factor a forecast errs least, by 1 − (1 − w/2)² of their variance."""
         return np.clip(1.0 - 0.5 * self.share(time, height), 0.0, 1.0)
 
 
@@ -259,7 +259,7 @@ class ErrorSample:
     weight: float = 1.0
 
 
-def likely(samples: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
+def fit_model_error(samples: Sequence[ErrorSample], spectrum: Spectrum, since: float) -> ModelError:
     """The model error of waves seen at `since` [s] by all samples: least squares, in which shares err by as much as
     they are, also what is taken before the first sample."""
     before = ModelError.expected(spectrum)

@@ -90,8 +90,8 @@ class Observations:
         )
 
 
-def of_turn(polar: xr.Dataset, sea_std: float = np.inf) -> Observations:
-    """What the polar map of one turn tells of the sea's elevation, each cell at its own time and place.
+def turn_observations(polar: xr.Dataset, sea_std: float = np.inf) -> Observations:
+    """What the polar map of one turn says of the sea's elevation, each cell at its own time and place.
 
     Heights of single dwells are taken where the map has them: their errors hardly depend on each other, and no
     neighbour is in them. sea_std: of the sea [m]; what is in much more doubt is left out.

@@ -42,8 +42,8 @@ class Quantity:
     groups: Share  # (group,)
 
     @property
-    def of_water(self) -> bool:
-        """Of the water that is at a place, wherever it is at home."""
+    def is_of_water(self) -> bool:
+        """Whether it is a motion of the water that is at a place, wherever that rests."""
         return self.name in WATER
 
 

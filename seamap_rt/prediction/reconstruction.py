@@ -24,7 +24,7 @@ from .fit import Fit
 from .forecast import forecast, quiet_windows
 from .innovations import Drift, Innovations
 from .knowledge import ModelError, scatter
-from .observations import Observations, of_turn
+from .observations import Observations, turn_observations
 from .spectrum import Spectrum, spectrum_of_turns
 from .vessel import Box, Disc, Follower, Vessel
 
@@ -73,12 +73,12 @@ class Predictor:
         shown = TurnSpectrum.of(polar, water)
         self._turns = [turn for turn in self._turns if number - self._most < turn.number < number]
         known = [turn.spectrum for turn in self._turns if turn.spectrum] + ([shown] if shown else [])
-        spectrum = spectrum_of_turns(known, water, self._found(known, water))
+        spectrum = spectrum_of_turns(known, water, self._find_systems(known, water))
         if spectrum is None:
             self._fit, self._turns = None, []
             return None
         spectrum = replace(spectrum, amplitude_dispersion=self._drift.amplitude_dispersion)
-        seen = of_turn(polar, np.sqrt(spectrum.variance))
+        seen = turn_observations(polar, np.sqrt(spectrum.variance))
         self._turns.append(_Turn(number, seen, shown))
         if not any(len(turn.seen) for turn in self._turns):
             self._fit = None
@@ -95,7 +95,7 @@ class Predictor:
                     self._fit, self._innovations = None, Innovations()  # older ones are of waves that ran wrong
             if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum, centre):
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))
-                self._fit = Fit.anew(spectrum, [t.seen for t in self._turns], seconds, centre)
+                self._fit = Fit.of(spectrum, [t.seen for t in self._turns], seconds, centre)
                 self._fit.add([t.seen for t in self._turns], [t.number for t in self._turns])
                 self._fit.solve(workers)
                 self._learn(self._fit, None)
@@ -114,10 +114,10 @@ class Predictor:
         self._innovations.remember(made)
         return made
 
-    def _found(self, known: list[TurnSpectrum], water: Water) -> WaveSystems | None:
+    def _find_systems(self, known: list[TurnSpectrum], water: Water) -> WaveSystems | None:
         """The wave systems in the last turns, looked for again with each second, fourth … turn, then each fourth."""
         self._count += 1
-        shown = [each for each in known if each.shown]
+        shown = [each for each in known if each.has_waves]
         if shown and (self._systems is None or len(shown) & (len(shown) - 1) == 0 or self._count % 4 == 0):
             self._systems = systems_of(shown, water, self._systems)
         return self._systems
@@ -125,7 +125,7 @@ class Predictor:
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
         return fit.field(self._issued, self.sharpness, ensemble.members, self._innovations.model_error(fit))
 
-    def also(self, seen: Observations) -> WaveField:
+    def add_observations(self, seen: Observations) -> WaveField:
         """The field with observations of other instruments taken up too; the last turn's end stays its time.
 
         Raises ValueError before the first turn that shows a sea.
@@ -189,7 +189,7 @@ def reconstruct(
     if maps is None:
         if observations is None or spectrum is None:
             raise InputError("reconstruct: give maps, or observations and the spectrum that is expected")
-        return _of_observations(observations, spectrum, settings)
+        return _fit_observations(observations, spectrum, settings)
     polar = group_of(maps, "maps/polar", _NEEDED)
     predictor = predictor_of(settings)
     field = None
@@ -197,7 +197,7 @@ def reconstruct(
         field = predictor.turn(polar.isel(turn=turn))
     if field is None:
         raise InputError("maps: no turn of the last ones shows a sea; retrieve more turns, or another range")
-    return field if observations is None else predictor.also(observations)
+    return field if observations is None else predictor.add_observations(observations)
 
 
 def forecasts(
@@ -274,7 +274,7 @@ def vessel_notes(vessel: Vessel | None) -> tuple[str, ...]:
     return getattr(vessel, "notes", ())
 
 
-def _of_observations(seen: Observations, spectrum: Spectrum, settings: PredictionSettings) -> WaveField:
+def _fit_observations(seen: Observations, spectrum: Spectrum, settings: PredictionSettings) -> WaveField:
     if not len(seen):
         raise InputError("observations: there are none; give one at least")
     centre = float(seen.x.mean()), float(seen.y.mean())
@@ -282,7 +282,7 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
     if settings.amplitude_dispersion is not None:
         spectrum = replace(spectrum, amplitude_dispersion=settings.amplitude_dispersion)
     # Forecasts may be asked for as far beyond the instruments as waves run from them.
-    fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + 2.0 * settings.lead_s, centre)
+    fit = Fit.of(spectrum, [seen], float(np.ptp(seen.time)) + 2.0 * settings.lead_s, centre)
     fit.add([seen], [0])
     with pool() as workers:
         fit.solve(workers)

@@ -91,12 +91,12 @@ class Spectrum:
 
     def density(self, kx: Field, ky: Field) -> Field:
         """m⁴ at wavevectors east and north [rad/m]; 0 beyond the rings."""
-        return self._at(self.table, kx, ky)
+        return self._interpolate(self.table, kx, ky)
 
     def amplitude_shift(self, kx: Field, ky: Field) -> Field:
         """rad/s that this sea's amplitudes add to the frequencies of waves of some wavevectors [rad/m] in all; 0 where
         the water is not deep (`physics.amplitude_dispersion`), and beyond the rings."""
-        return self._at(self._shift, kx, ky)
+        return self._interpolate(self._shift, kx, ky)
 
     def omega(self, kx: Field, ky: Field, k: Field) -> Field:
         """rad/s over ground of waves of some wavevectors east and north, and their length, above 0 [rad/m]."""
@@ -111,7 +111,7 @@ class Spectrum:
         deep = peak * self.water.depth >= DEEP_ENOUGH
         return sea_shift(self.k, self.variances) if deep else np.zeros_like(self.table)
 
-    def _at(self, table: Field, kx: Field, ky: Field) -> Field:
+    def _interpolate(self, table: Field, kx: Field, ky: Field) -> Field:
         k = np.hypot(kx, ky)
         ring = np.log(np.maximum(k, 1e-12) / self.k[0]) / np.log(self.k[1] / self.k[0])
         way = np.arctan2(kx, ky) % (2.0 * np.pi) / (2.0 * np.pi) * self.toward.size

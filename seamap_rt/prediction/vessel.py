@@ -59,7 +59,7 @@ class Follower:
         self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
-        met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
+        met = encounter_waves(kx, ky, omega, heading_deg, speed_m_s, depth_m)
         return met.responses(np.ones(met.k.shape), -1j * met.starboard, 1j * met.ahead)
 
 
@@ -94,12 +94,12 @@ class Disc:
         self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
-        met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
+        met = encounter_waves(kx, ky, omega, heading_deg, speed_m_s, depth_m)
         radius = 0.5 * self.diameter_m
         radiated = met.pull * radius
         # ω B / C with B = ω k |F|²/(2 ρ g²), of the force F = C e^{−kT} 2 J₁(ka)/(ka) of a wave of that frequency.
-        damping = 0.5 * np.pi * (radiated * np.exp(-met.pull * self.draught_m) * _over_disc(radiated)) ** 2
-        share = _over_disc(met.k * radius)
+        damping = 0.5 * np.pi * (radiated * np.exp(-met.pull * self.draught_m) * _disc_mean(radiated)) ** 2
+        share = _disc_mean(met.k * radius)
         heave = _relative(met, self.draught_m, self._added_draught, damping, depth_m) * share
         return met.responses(heave, -1j * met.starboard * share, 1j * met.ahead * share)
 
@@ -167,7 +167,7 @@ class Box:
         self, kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
     ) -> Responses:
         """See `Vessel.response`."""
-        met = meeting(kx, ky, omega, heading_deg, speed_m_s, depth_m)
+        met = encounter_waves(kx, ky, omega, heading_deg, speed_m_s, depth_m)
         half = 0.5 * met.pull * self.beam_m * self.block
         sent = 2.0 * np.sin(np.minimum(half, 0.5 * np.pi)) * np.exp(-met.pull * self.draught_m)
         damping = sent**2 / np.maximum(2.0 * half, 1e-12)
@@ -216,7 +216,7 @@ class EncounterWaves:
         return Responses(*(np.broadcast_to(each, self.encounter.shape).astype(np.complex128) for each in motions))
 
 
-def meeting(
+def encounter_waves(
     kx: Values, ky: Values, omega: Values, heading_deg: float, speed_m_s: Values, depth_m: float = inf
 ) -> EncounterWaves:
     """How a boat meets waves: see `Vessel.response`."""
@@ -255,7 +255,7 @@ def _lever(half: Real) -> Real:
     return np.where(np.abs(half) < 1e-2, 1.0 - half**2 / 10.0, 3.0 * (np.sin(s) - s * np.cos(s)) / s**3)
 
 
-def _over_disc(across: Real) -> Real:
+def _disc_mean(across: Real) -> Real:
     """Mean of a wave over a disc, 2 J₁(ka)/(ka)."""
     x = np.maximum(across, 1e-9)
     return 2.0 * j1(x) / x
@@ -268,4 +268,4 @@ def _check_sizes(**sizes: float) -> None:
             raise ValueError(f"{name} = {size:g}: must be finite and above 0; give it in {unit}")
 
 
-__all__ = ["Box", "Disc", "EncounterWaves", "Follower", "Responses", "Vessel", "meeting"]
+__all__ = ["Box", "Disc", "EncounterWaves", "Follower", "Responses", "Vessel", "encounter_waves"]

@@ -292,7 +292,7 @@ class WaveSum:
                     if not (ring or not np.isfinite(near) or lattice.radius > near):
                         continue
                     if members.size <= _FEW:
-                        self._parts.append(self._few(number, members, seen.x, seen.y))
+                        self._parts.append(self._place_sum(number, members, seen.x, seen.y))
                     else:
                         terms = self._terms(lattice, lattice.factor(str(kind), water), blur)
                         self._parts.append(self._part(number, members, terms, seen.x, seen.y))
@@ -301,14 +301,14 @@ class WaveSum:
         """The same observations of waves that are at other places, m: where the water is at home."""
         made = copy(self)
         made._parts = [
-            self._few(part.lattice, part.members, x, y)
+            self._place_sum(part.lattice, part.members, x, y)
             if isinstance(part, _PlaceSum)
             else self._part(part.lattice, part.members, part.terms, x, y)
             for part in self._parts
         ]
         return made
 
-    def _few(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _PlaceSum:
+    def _place_sum(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _PlaceSum:
         lattice, seen = self._lattices[number], self._seen[members]
         factor = lattice.factor(str(seen.kind[0]), self.water)
         shares = self._shares(lattice, factor, seen, x[members], y[members])

@@ -47,7 +47,7 @@ class Camera:
     def moment(self, t: float) -> xr.Dataset:
         """The schema's `sea` at one time [s]."""
         names = ("sea_surface_height", "slope_x", "slope_y", "velocity_x", "velocity_y", "velocity_z")
-        nrcs, visible = self._seen(t)
+        nrcs, visible = self._nrcs_and_visibility(t)
         values = dict(zip(names, self._surface(t), strict=True)) | {"nrcs_db": nrcs, "visible": visible}
         at = {"time": [t], "y": self.points, "x": self.points}
         fields = {name: value[None] for name, value in values.items()}
@@ -71,7 +71,7 @@ class Camera:
             fields[3:6, part] = np.moveaxis(velocity, -1, 0)
         return fields
 
-    def _seen(self, t: float) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+    def _nrcs_and_visibility(self, t: float) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """NRCS [dB] of the facets over the points, NaN where none is lit, and how many antennas light them."""
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
         mesh = surface_mesh(grid, *sea_on_grid(self.sea, grid, self._scatterer.memory_rate))

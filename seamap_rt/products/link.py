@@ -156,7 +156,7 @@ def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
 
 def _aligned(columns: Sequence[Column]) -> list[str]:
     """Headings of two lines at most, numbers flush right."""
-    heads = [_two_lines(heading) for heading, *_ in columns]
+    heads = [_split_unit(heading) for heading, *_ in columns]
     cells = [
         [f"{value:.{digits}f}" if math.isfinite(value) else "—" for value in values] for *_, values, digits in columns
     ]
@@ -165,7 +165,7 @@ def _aligned(columns: Sequence[Column]) -> list[str]:
     return ["  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def _two_lines(heading: str) -> tuple[str, str]:
+def _split_unit(heading: str) -> tuple[str, str]:
     for unit in ("dBm", "dBi", "dB", "m²", "m", "°"):
         words = heading.split(" ")
         if unit in words:

@@ -116,7 +116,7 @@ def _pattern(
 ) -> tuple[Cut, Cut, float]:
     """The two cuts and the directivity; (azimuth, elevation) pairs."""
     if name == "isotropic":
-        return _everywhere, _everywhere, 1.0
+        return _isotropic, _isotropic, 1.0
     if name == "gaussian":
         azimuth, elevation = (_gaussian(beam) for beam in beamwidth_deg)
     else:
@@ -139,15 +139,15 @@ def cache_by_radar(maxsize: int) -> Callable[[OfRadar[P, T]], OfRadar[P, T]]:
 
     def decorate(function: OfRadar[P, T]) -> OfRadar[P, T]:
         @lru_cache(maxsize)
-        def known(_: Hashable, radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+        def cached(_: Hashable, radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
             return function(radar, *rest, **named)
 
         @wraps(function)
-        def kept(radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+        def wrapper(radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
             files = [each.file for each in (radar.antenna, *radar.antennas) if each.file is not None]
-            return known(tuple(map(_stamp, files)), cast(Hashable, radar), *rest, **named)
+            return cached(tuple(map(_stamp, files)), cast(Hashable, radar), *rest, **named)
 
-        return kept
+        return wrapper
 
     return decorate
 
@@ -160,7 +160,7 @@ def _stamp(file: str) -> tuple[int, int]:
     return facts.st_mtime_ns, facts.st_size
 
 
-def _everywhere(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+def _isotropic(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ones_like(np.asarray(cosine, dtype=np.float64))
 
 
@@ -177,7 +177,7 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
     half = length * np.sin(0.5 * np.radians(beamwidth_deg))
 
     def excess(taper: float) -> float:
-        return float(_one_parameter(np.array([half]), taper)[0] - np.sqrt(0.5))
+        return float(_taylor_pattern(np.array([half]), taper)[0] - np.sqrt(0.5))
 
     if excess(0.0) > 0.0:
         narrowest = 2.0 * np.degrees(np.arcsin(min(1.0, 0.44295 / length)))
@@ -189,10 +189,10 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
     while excess(top) < 0.0:
         top *= 2.0
     taper = bisect(excess, 0.0, top)
-    return lambda cosine: _one_parameter(length * np.asarray(cosine, dtype=np.float64), taper)
+    return lambda cosine: _taylor_pattern(length * np.asarray(cosine, dtype=np.float64), taper)
 
 
-def _one_parameter(u: NDArray[np.float64], taper: float) -> NDArray[np.float64]:
+def _taylor_pattern(u: NDArray[np.float64], taper: float) -> NDArray[np.float64]:
     """Taylor's one-parameter voltage pattern, 1 at u = 0: sinh inside |u| < taper, sin beyond.
 
     Both are divided by sinh(π taper)/(π taper); exponents are subtracted first, so that strong tapers do not overflow.
@@ -240,16 +240,16 @@ def directivity(azimuth: Cut, elevation: Cut) -> float:
     """
     angles = (_sampled(cut) for cut in (azimuth, elevation))
     across_peak, up_peak = (float(np.radians(angle[np.argmax(voltage)])) for angle, voltage in angles)
-    up, up_weight = _about(np.array(up_peak), panels=30, nodes=6)
+    up, up_weight = _nodes(np.array(up_peak), panels=30, nodes=6)
     level = np.cos(up)
     # Off the horizontal plane the ridge of the azimuth cut, l = sin(peak), is seen at a larger angle.
     ridge = np.arcsin(np.clip(np.sin(across_peak) / level, -1.0, 1.0))
-    across, across_weight = _about(ridge[:, None], panels=45, nodes=8)
+    across, across_weight = _nodes(ridge[:, None], panels=45, nodes=8)
     cut = np.sum(azimuth(level[:, None] * np.sin(across)) ** 2 * across_weight, axis=1)
     return 4.0 * np.pi / float(np.sum(up_weight * level * elevation(np.sin(up)) ** 2 * cut))
 
 
-def _about(centre: NDArray[np.float64], panels: int, nodes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _nodes(centre: NDArray[np.float64], panels: int, nodes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gauss–Legendre nodes and weights (…, node) over −π/2 … π/2, in panels that halve towards a centre (…, 1).
 
     To either side there are so many equal panels, the one at the centre halved again down to some 1/10000 of the side.

@@ -115,9 +115,9 @@ class Chirp:
         """How many raw samples go into the gates, the last reflector's whole pulse included."""
         return self._last
 
-    def of_noise(self, raw: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
-        """Compressed gates (…, gate) of noise in all `samples` (…, sample), changed in place: none comes either while
-        the receiver is off, so that gates which are eclipsed have less."""
+    def compress_noise(self, raw: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
+        """Compressed gates (…, gate) of noise in all `samples` (…, sample), changed in place: an eclipsed receiver
+        samples none, and gates that overlap with the pulse have less."""
         raw[..., : self._first] = 0.0
         return self.compress(raw)
 

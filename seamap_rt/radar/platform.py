@@ -85,7 +85,7 @@ def _fixed(platform: PlatformSettings) -> BoatMotion:
     def motion(times: ArrayLike) -> BoatState:
         time = np.asarray(times, dtype=np.float64)
         zero = np.zeros_like(time)
-        return BoatState(_on_course(platform, time, zero), _about_rest(platform, zero, zero, zero))
+        return BoatState(_course_positions(platform, time, zero), _attitudes(platform, zero, zero, zero))
 
     return motion
 
@@ -102,7 +102,7 @@ def _sinusoidal(platform: PlatformSettings) -> BoatMotion:
         pitch = swing(time, p.pitch_deg, p.pitch_period_s, p.pitch_phase_deg)
         yaw = swing(time, p.yaw_deg, p.yaw_period_s, p.yaw_phase_deg)
         heave = swing(time, p.heave_m, p.heave_period_s, p.heave_phase_deg)
-        return BoatState(_on_course(p, time, heave), _about_rest(p, roll, pitch, yaw))
+        return BoatState(_course_positions(p, time, heave), _attitudes(p, roll, pitch, yaw))
 
     return motion
 
@@ -122,7 +122,7 @@ def _wave_following(platform: PlatformSettings, sea: SurfaceWaves) -> BoatMotion
         beam_m=platform.beam_m,
         heading_deg=platform.heading_deg,
         velocity=(float(through_water[0]), float(through_water[1])),
-        start=_rest(platform),
+        start=_rest_position(platform),
     )
 
     def motion(times: ArrayLike) -> BoatState:
@@ -130,8 +130,8 @@ def _wave_following(platform: PlatformSettings, sea: SurfaceWaves) -> BoatMotion
         heave, ahead, starboard = riding(time).T
         pitch = np.arctan(ahead)
         roll = -np.arctan(starboard * np.cos(pitch))  # about the keel, which is pitched already
-        attitude = _about_rest(platform, np.degrees(roll), np.degrees(pitch), np.zeros_like(time))
-        return BoatState(_on_course(platform, time, heave), attitude)
+        attitude = _attitudes(platform, np.degrees(roll), np.degrees(pitch), np.zeros_like(time))
+        return BoatState(_course_positions(platform, time, heave), attitude)
 
     return motion
 
@@ -147,7 +147,7 @@ def _recorded(platform: PlatformSettings) -> BoatMotion:
     return motion
 
 
-def _on_course(
+def _course_positions(
     platform: PlatformSettings, time: NDArray[np.float64], heave: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(n, 3) positions on the steady course, `heave` (n,) m above rest."""
@@ -156,14 +156,14 @@ def _on_course(
     return np.stack((run * east, run * north, heave), axis=-1)
 
 
-def _about_rest(
+def _attitudes(
     platform: PlatformSettings, roll: NDArray[np.float64], pitch: NDArray[np.float64], yaw: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(n, 3) attitudes, deg, of angles beside those at rest."""
     return np.stack((platform.list_deg + roll, platform.trim_deg + pitch, platform.heading_deg + yaw), axis=-1)
 
 
-def _rest(platform: PlatformSettings) -> tuple[float, float]:
+def _rest_position(platform: PlatformSettings) -> tuple[float, float]:
     """Where the boat's middle rests at time 0, m east north: upright, its antennas are above the origin."""
     if platform.lever_arm_m is None:
         return 0.0, 0.0

@@ -112,7 +112,7 @@ def thermal_noise(
     if radar.waveform == "chirp":
         chirp = Chirp(radar)
         raw = _filtered_noise(radar, (pulses, receivers, chirp.samples), gate_spacing_m(radar), random)
-        return chirp.of_noise(raw).astype(np.complex64, copy=False)
+        return chirp.compress_noise(raw).astype(np.complex64, copy=False)
     return _filtered_noise(radar, (pulses, receivers, gates), spacing_m or gate_spacing_m(radar), random)
 
 

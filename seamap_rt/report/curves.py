@@ -275,7 +275,7 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
 
     Cells at 50–200 m that are more than half visible, and not flagged as ambiguous.
     """
-    cells = counted_cells(maps["polar"].dataset, truth["polar"].dataset) & reduce.at_judged_ranges(maps)
+    cells = counted_cells(maps["polar"].dataset, truth["polar"].dataset) & reduce.judged_gates(maps)
     true, retrieved, spread = (
         reduce.polar(tree, name)[cells] for tree, name in ((truth, "height"), (maps, "height"), (maps, "height_std"))
     )
@@ -290,7 +290,7 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
             style.note(axes, "no cells more than half visible\nbetween 50 and 200 m")
         return figure
     bar_axes = style.place(figure, 3.4, 0.28, 0.1, 2.65)
-    bar = figure.colorbar(_one_to_one(left, true, retrieved), cax=bar_axes, format=StrMethodFormatter("{x:g}"))
+    bar = figure.colorbar(_draw_one_to_one(left, true, retrieved), cax=bar_axes, format=StrMethodFormatter("{x:g}"))
     bar.set_label("Cells per square")
     bar_axes.tick_params(labelsize=style.FONT - 0.5)
     known = np.isfinite(true) & (spread > 0.0)
@@ -298,7 +298,7 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
     return figure
 
 
-def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
+def _draw_one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
     """Cells counted in squares of true and retrieved height [m], and what they say in a corner."""
     correlation = _correlation(true, retrieved)
     of_truth = max(0.05, reduce.quantile(np.abs(true), 0.999))

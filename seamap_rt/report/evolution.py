@@ -190,7 +190,7 @@ def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
     result, real = (
         xr.DataTree.from_dict({"/polar": tree["polar"].to_dataset().isel(turn=[index])}) for tree in (maps, truth)
     )
-    visible = reduce.polar(real, "visible_fraction")[0][:, reduce.at_judged_ranges(real)] > HALF_VISIBLE
+    visible = reduce.polar(real, "visible_fraction")[0][:, reduce.judged_gates(real)] > HALF_VISIBLE
     time = reduce.coordinate(result, "polar", "time")[0]
     figures = error_figures(result, real)["overall"]
     answered = figures["cells"] / visible.sum() if visible.any() else float("nan")

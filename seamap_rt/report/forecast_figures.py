@@ -151,7 +151,7 @@ def _boat(scene: Scene, maps: xr.DataTree) -> tuple[float, float]:
     return x, y
 
 
-def by_lead(verified: VerifiedForecasts) -> dict[str, Array]:
+def errors_by_lead(verified: VerifiedForecasts) -> dict[str, Array]:
     """(lead,) of the forecasts at the first place that are judged: rms of the error (`found`), of what was stated
     (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
     `correlation` with it. NaN where not defined."""
@@ -187,7 +187,7 @@ def forecast_errors(verified: VerifiedForecasts, lead_s: float = _LEAD_S, issue:
     """
     figure = style.new_figure(4.95)
     left, right = (style.place(figure, start, 0.3, 2.85, 1.7) for start in (0.62, 4.23))
-    relative, lead = by_lead(verified), verified.forecasts["lead"].values
+    relative, lead = errors_by_lead(verified), verified.forecasts["lead"].values
     for name, colour, line in (
         ("found", style.BLUE, "-"), ("stated", style.ORANGE, "-"), ("persistence", style.GREY, "--"),
         ("climatology", style.GREY, ":"),

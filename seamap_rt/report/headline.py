@@ -18,7 +18,7 @@ from ..scene import Scene
 from ..sea import Sea, spectral_system
 from ..settings import RandomWaves
 from . import reduce
-from .limits import costed, left_out, modelled
+from .limits import costed, modelled, not_modelled
 from .page_elements import digits, metres, percent
 
 _GROSS = 0.005  # of the heights: fewer wrong ones are not worth a word
@@ -253,7 +253,7 @@ def run_facts(scene: Scene, sea: Sea, surface: SeaSurface, timing: Mapping[str, 
     rows = modelled(scene, sea.resolved)
     return {
         "modelled": rows if timing is None else costed(rows, timing),
-        "left_out": left_out(scene, sea.resolved),
+        "left_out": not_modelled(scene, sea.resolved),
         "mesh": scene.detail.facts(),
         "sea": {name: plain(value) for name, value in asdict(sea.resolved).items()},
         "short_waves": _short_waves(scene, sea),

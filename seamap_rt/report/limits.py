@@ -47,7 +47,7 @@ from .modelled import (
     row,
 )
 
-__all__ = ["account_lines", "costed", "left_out", "modelled"]
+__all__ = ["account_lines", "costed", "modelled", "not_modelled"]
 
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
@@ -62,7 +62,7 @@ def modelled(scene: Scene, resolved: ResolvedSea) -> list[Row]:
     return _finite(Case(scene, resolved), GROUPS)
 
 
-def left_out(scene: Scene, resolved: ResolvedSea) -> list[Row]:
+def not_modelled(scene: Scene, resolved: ResolvedSea) -> list[Row]:
     """Rows of what was not, why or by which key it would be, and the error that this costs; keys as of `modelled`."""
     return _finite(Case(scene, resolved), _LEFT_OUT)
 
@@ -125,7 +125,7 @@ def _truncated(case: Case) -> Iterator[Row]:
 def _no_boat(case: Case) -> Iterator[Row]:
     scene, boat, tilt = case.scene, case.scene.platform, case.boat_tilt
     if boat == PlatformSettings():
-        error, source = f"{HEIGHT} {case.at}, were it unknown", TILT.format(math.degrees(tilt))
+        error, source = f"{HEIGHT} {case.place}, were it unknown", TILT.format(math.degrees(tilt))
         says = "it lies still; platform.motion = 'wave_following' lets it ride"
         yield row("the boat's own motion", case.middle_m * tilt, error, source, says)
     elif boat.motion == "wave_following":
@@ -143,7 +143,7 @@ def _no_boat(case: Case) -> Iterator[Row]:
     objects, width = scene.objects, case.radar.antenna.width_m
     nearest = min((float(np.linalg.norm(each.position_m)) for each in objects), default=0.0)
     if nearest > 0.0:
-        behind, error = width * max(0.0, case.middle_m / nearest - 1.0), f"m of half shadow {case.at}"
+        behind, error = width * max(0.0, case.middle_m / nearest - 1.0), f"m of half shadow {case.place}"
         source = f"aperture of {width:g} m past an object at {nearest:.2g} m"
         yield row("the antennas' width", behind, error, source, "an object hides what lies behind it from a point")
     if any(each.rcs_dbsm is not None for each in objects):
@@ -160,7 +160,7 @@ def _diffraction(case: Case) -> Iterator[Row]:
     scene = case.scene
     bent = 1e-3 * arrival_error_mrad(scene.scattering.polarization, scene.wavelength_m) * case.middle_m
     error, source = (
-        f"m rms of height {case.at}",
+        f"m rms of height {case.place}",
         "maps with knife edges; cells of one look err thrice that",
     )
     if scene.tracing.diffraction != "none":
@@ -172,13 +172,13 @@ def _diffraction(case: Case) -> Iterator[Row]:
     to_shade = 0.5 * case.resolved.peak_length  # from a crest: at most a wave, half of one in the mean
     blur = edge_blur_m(scene.wavelength_m, case.middle_m, to_shade)
     source = f"knife edge (ITU-R P.526), {to_shade:.2g} m before the shade: half the peak's length"
-    error = f"m of height {case.at}, over which an edge fades"
+    error = f"m of height {case.place}, over which an edge fades"
     yield row("diffraction at shadow edges", blur, error, source, "geometric shadows")
 
 
 def _unresolved_shadows(case: Case) -> Iterator[Row]:
     """What they hide, less what bends into them; of light's shadows, what bends into them."""
-    shadows, kept, hidden = case.scene.tracing.unresolved_shadowing, case.kept_by_shadows, case.hidden_by_tilts
+    shadows, kept, hidden = case.scene.tracing.unresolved_shadowing, case.shadow_power, case.hidden_by_tilts
     polarization = case.scene.scattering.polarization
     if shadows == "none":
         name, error = "shadows of waves that are not resolved", "% of the window answers from them, weighed by power"
@@ -195,7 +195,7 @@ def _unresolved_shadows(case: Case) -> Iterator[Row]:
 
 
 def _no_scattering(case: Case) -> Iterator[Row]:
-    scattering, radar, own_echo = case.scene.scattering, case.radar, f"{OWN_ECHO} {case.at}"
+    scattering, radar, own_echo = case.scene.scattering, case.radar, f"{OWN_ECHO} {case.place}"
     if scattering.doppler == "orbital":
         speed, says = bragg_speed(radar.frequency_hz), "facets move with the water only; scattering.doppler = 'full'"
         cycles, source = precision.doppler_cycles(radar, speed), f"2vT/λ, v = {speed:.2g} m/s of Bragg waves"
@@ -212,10 +212,10 @@ def _no_scattering(case: Case) -> Iterator[Row]:
     if scattering.breaking and not scattering.sea_spikes:
         says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
         says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"
-        yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
+        yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.place}", "Watts & Wicks (1990)", says)
     elif not scattering.breaking:
         says = "scattering.breaking = false: HH owes its mean to the calibration"
-        yield row("breakers", case.facing.breaking_db, f"dB of theory's mean echo {case.at}", TWO_SCALE, says)
+        yield row("breakers", case.facing.breaking_db, f"dB of theory's mean echo {case.place}", TWO_SCALE, says)
     if not scattering.hydrodynamic_modulation:
         source = "4.5 × rms strain (Alpers & Hasselmann 1978)"
         says = "scattering.hydrodynamic_modulation = false: tilt alone modulates"
@@ -227,7 +227,7 @@ def _no_mean(case: Case) -> Iterator[Row]:
     if scattering.mean_model is None:
         return
     model, middle = MEAN_MODELS[scattering.mean_model], (scattering, math.degrees(case.grazing), radar.frequency_hz)
-    error, (low, high) = f"{MEAN_ECHO} {case.at}", model.grazing_deg
+    error, (low, high) = f"{MEAN_ECHO} {case.place}", model.grazing_deg
     if scattering.extrapolate:
         here = f"sea state {float(sea_state_from_wind(scattering.wind_speed_m_s)):.2g} at {1e-9 * middle[2]:g} GHz"
         name, source = "the clutter model's own range", "spread of the mean models, extrapolated alike"
@@ -247,7 +247,7 @@ def _no_mean(case: Case) -> Iterator[Row]:
     yield row(name, outside, "% of the window", source, says)
 
 
-def _of_record(case: Case) -> Iterator[Row]:
+def _record_limits(case: Case) -> Iterator[Row]:
     """What a record of the sea does not hold."""
     from ..io.recorded_sea import recorded_sea
 
@@ -283,7 +283,7 @@ def _no_sea(case: Case) -> Iterator[Row]:
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
     elif sea.model == "recorded":
-        yield from _of_record(case)
+        yield from _record_limits(case)
     if sea.model != "recorded" and resolved.elevation_std > 0.0:
         faster = 100.0 * (2.0 * math.pi / resolved.peak_length * resolved.elevation_std) ** 2
         error, source = "% of the peak's speed", "½ (ka)² of deep water (Stokes 1847), a² = 2σ²"

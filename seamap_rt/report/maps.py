@@ -66,7 +66,7 @@ def height_maps(scene: Scene, maps: xr.DataTree, truth: xr.DataTree, turn: int =
     frame = _frame(scene, x, y, (true, retrieved), panels=2)
     limit = height_limit(true, retrieved)
     of_error, of_spread = (
-        _round_up(max(LEAST_HEIGHT_SCALE_M, _or(reduce.quantile(values, share), 0.0)))
+        _round_up(max(LEAST_HEIGHT_SCALE_M, _finite_or(reduce.quantile(values, share), 0.0)))
         for values, share in ((np.abs(error), 0.98), (spread, 0.95))
     )
     both = style.HEIGHT_COLOURS, -limit, limit
@@ -189,15 +189,15 @@ def slope_limit(true: Array, retrieved: Array) -> float:
 
 
 def _limit(true: Array, retrieved: Array, least: float) -> float:
-    of_truth = _or(reduce.quantile(np.abs(true), 0.995), 0.0)
-    of_map = _or(reduce.quantile(np.abs(retrieved), 0.9), 0.0)
+    of_truth = _finite_or(reduce.quantile(np.abs(true), 0.995), 0.0)
+    of_map = _finite_or(reduce.quantile(np.abs(retrieved), 0.9), 0.0)
     # A noisy map may widen the scale, but only twofold: outliers must not make the true waves invisible.
     if of_truth >= least:
         of_map = min(of_map, 2.0 * of_truth)
     return _round_up(max(of_truth, of_map, least))
 
 
-def _or(value: float, default: float) -> float:
+def _finite_or(value: float, default: float) -> float:
     return value if np.isfinite(value) else default
 
 

@@ -133,7 +133,7 @@ class Case:
         return link.middle_m(self.radar)
 
     @property
-    def at(self) -> str:
+    def place(self) -> str:
         return f"at {self.middle_m:.0f} m"
 
     @cached_property
@@ -173,7 +173,7 @@ class Case:
         return short.tilt_height(divide), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
 
     @cached_property
-    def kept_by_shadows(self) -> float:
+    def shadow_power(self) -> float:
         """Share of its two-way power that water keeps which these waves hide from light."""
         return shadow_kept(*self.tilting, self.scene.wavelength_m, self.scene.scattering.polarization)
 
@@ -219,9 +219,9 @@ def _sea(case: Case) -> Iterator[Row]:
         hidden, source = case.hidden_by_tilts, TILTS
         if tracing.unresolved_shadowing == "fresnel":
             says += (
-                f"; what is hidden keeps {case.kept_by_shadows:.0%} of its echo in {case.scene.scattering.polarization}"
+                f"; what is hidden keeps {case.shadow_power:.0%} of its echo in {case.scene.scattering.polarization}"
             )
-            hidden, source = hidden * (1.0 - case.kept_by_shadows), BENT
+            hidden, source = hidden * (1.0 - case.shadow_power), BENT
         yield row(UNRESOLVED, hidden, error, source, says)
 
 
@@ -244,13 +244,13 @@ def _echoes(case: Case) -> Iterator[Row]:
         level, error, source = case.facing.modulation_db, OWN_ECHO, TWO_SCALE
     else:
         level, error, source = -float(db(case.level(case.middle_m))), MEAN_ECHO, f"σ0 of {scattering.nrcs} below 1"
-    yield row("scattering", level, f"{error} {case.at}", source, f"{scattering.polarization}: {_said(says)}")
+    yield row("scattering", level, f"{error} {case.place}", source, f"{scattering.polarization}: {_join_true(says)}")
 
     if _spikes(scattering):
         spikes = sea_spikes(scattering.wind_speed_m_s, scattering.inverse_wave_age, radar.frequency_hz)
         own = math.inf if spikes is None else float(spikes.shape(case.cell_m2))
-        says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.at}"
-        yield row("sea spikes", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
+        says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.place}"
+        yield row("sea spikes", case.clutter_shape, f"{BURSTS} {case.place}", "Watts & Wicks (1990)", says)
 
     if theory and scattering.breaking and scattering.texture:
         yield patches(case, "lognormal patches that live for seconds and run before the wind")
@@ -279,7 +279,7 @@ def _radar(case: Case) -> Iterator[Row]:
         "maps take p = 2 from neighbouring pulses, of which p = 1 tells the cycle": best,
     }
     wrong, read = (sigma, "doubled") if paths == 2 else (0.5 * sigma, "halved")
-    yield row("mode", wrong, HEIGHT, f"σ × |p/p′ − 1|: read with p′ = {3 - paths} heights are {read}", _said(says))
+    yield row("mode", wrong, HEIGHT, f"σ × |p/p′ − 1|: read with p′ = {3 - paths} heights are {read}", _join_true(says))
     if radar.transmitter == "magnetron":
         yield _magnetron(case, pairs=best or not array.whole)
 
@@ -291,7 +291,7 @@ def _radar(case: Case) -> Iterator[Row]:
         "antennas stand elsewhere than the retrieval assumes": bool((array.offsets != array.known_offsets).any()),
     }
     aside = 100.0 * first.share_beyond(1.0)
-    yield row("antennas", aside, "% of the echo from more than a beam aside", PATTERN, _said(says))
+    yield row("antennas", aside, "% of the echo from more than a beam aside", PATTERN, _join_true(says))
 
     cell, says = RangeResponse.of(radar).resolution_m, f"{radar.waveform} of {1e9 * radar.pulse_width_s:g} ns"
     matched = f"; its echoes from nearer than {blind_range_m(radar):.3g} m are lost in part"
@@ -307,7 +307,7 @@ def _radar(case: Case) -> Iterator[Row]:
         if math.isinf(noise):  # without a baseline
             noise, error = precision.noise_phase_error(radar, snr), "rad rms of phase"
     says = f"{radar.receiver.chain} gates, {'thermal' if radar.noise else 'no'} noise"
-    yield row("receiver", noise, f"{error} {case.at} by noise", source, says)
+    yield row("receiver", noise, f"{error} {case.place} by noise", source, says)
     if radar.receiver.chain == "digital":
         yield converter(case)
 
@@ -325,14 +325,15 @@ def _magnetron(case: Case, pairs: bool) -> Row:
     if not pairs or case.array.baseline_m == 0.0:
         return row("magnetron", lost, "1 of the coherence between pulses", source, f"{says}; heights do not use it")
     height, source = precision.pair_height_error(radar, error, case.middle_m), "σ √(2/N) of N pulses of either receiver"
-    return row("magnetron", height, f"{HEIGHT} {case.at}, of a look as a whole", source, says)
+    return row("magnetron", height, f"{HEIGHT} {case.place}, of a look as a whole", source, says)
 
 
 def patches(case: Case, says: str) -> Row:
     """The same number, modelled or not."""
     texture = Texture.of(case.scene.scattering.wind_speed_m_s)
     spread = 10.0 / math.log(10.0) * math.sqrt(float(texture.variance(case.grazing)))
-    return row("patches of breakers", spread, f"dB rms of breakers' own echo {case.at}", "Watts & Wicks (1990)", says)
+    error = f"dB rms of breakers' own echo {case.place}"
+    return row("patches of breakers", spread, error, "Watts & Wicks (1990)", says)
 
 
 def converter(case: Case) -> Row:
@@ -355,7 +356,7 @@ def _boat(case: Case) -> Iterator[Row]:
     sensors = "sensors perfect" if boat.sensors == type(boat.sensors)() else "its sensors err"
     says = f"platform.motion = '{boat.motion}', {boat.speed_m_s:g} m/s; {sensors}"
     tilt = 0.0 if boat == PlatformSettings() else case.boat_tilt
-    yield row("boat", case.middle_m * tilt, f"{HEIGHT} {case.at}", TILT.format(math.degrees(tilt)), says)
+    yield row("boat", case.middle_m * tilt, f"{HEIGHT} {case.place}", TILT.format(math.degrees(tilt)), says)
 
     radar, objects, over = case.radar, case.scene.objects, list[float]()
     near, far = link.window_m(radar)[[0, -1]]
@@ -374,7 +375,7 @@ def _spikes(scattering: ScatteringSettings) -> bool:
     return scattering.nrcs == "two_scale" and scattering.breaking and scattering.sea_spikes
 
 
-def _said(words: Mapping[str, bool]) -> str:
+def _join_true(words: Mapping[str, bool]) -> str:
     return "; ".join(each for each, holds in words.items() if holds)
 
 

@@ -114,7 +114,7 @@ def coordinate(tree: xr.DataTree, group: str, name: str) -> Array:
     return np.asarray(tree[group].dataset[name].values, dtype=np.float64)
 
 
-def at_judged_ranges(tree: xr.DataTree) -> NDArray[np.bool_]:
+def judged_gates(tree: xr.DataTree) -> NDArray[np.bool_]:
     """Gates between 50 and 200 m."""
     return headline_gates(coordinate(tree, "polar", "range"))
 

@@ -44,7 +44,7 @@ def retrieved_page(
         [f"{_sentence(line)}." for line in said],
         [
             Image.of("Map", style.png(map_of_turn(maps)), _MAPS),
-            Image.of("By range", style.png(by_range(maps)), _RANGES),
+            Image.of("By range", style.png(draw_by_range(maps)), _RANGES),
         ],
         [Fold("The radar as it is described", text=described)],
         notes=[f"{_sentence(line)}." for line in grave] or ["Nothing about the echoes was found to be doubtful."],
@@ -105,7 +105,7 @@ def _ground_image(axes: Axes, ground: xr.Dataset, values: Array, colours: str, s
 
 
 @style.styled
-def by_range(maps: xr.DataTree) -> Figure:
+def draw_by_range(maps: xr.DataTree) -> Figure:
     """Mean level, signal to noise, coherence and the share of cells that answer, against range."""
     polar = maps["polar"].to_dataset()
     distance = np.asarray(polar["range"].values, dtype=np.float64)

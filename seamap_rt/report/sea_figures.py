@@ -125,10 +125,10 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
     along = np.linspace(-reach, reach, 1201)
     index = np.stack((along * north - points[0], along * east - points[0])) / (points[1] - points[0])
 
-    def on_line(name: str, order: int = 1) -> Array:
+    def sample_line(name: str, order: int = 1) -> Array:
         return map_coordinates(moment[name].values.astype(np.float64), index, order=order, mode="nearest")
 
-    height, visible = on_line("sea_surface_height"), on_line("visible", order=0)
+    height, visible = sample_line("sea_surface_height"), sample_line("visible", order=0)
     style.graph(axes, f"Distance along the main waves, towards {toward:.4g}° (m)", "Height (m)", "")
     axes.plot(along, height, color=_SHADOW, linewidth=0.8, label="sea")
     axes.plot(along, np.where(visible > 0, height, np.nan), color=style.BLUE, linewidth=1.8, label="seen by the radar")
@@ -136,7 +136,7 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
     limit = 1.9 * max(float(np.abs(height).max()), 0.05)
     axes.set_ylim(-limit, limit)
     every = slice(along.size // (2 * _ARROWS), None, along.size // _ARROWS)
-    outward, upward = east * on_line("velocity_x") + north * on_line("velocity_y"), on_line("velocity_z")
+    outward, upward = east * sample_line("velocity_x") + north * sample_line("velocity_y"), sample_line("velocity_z")
     fastest = max(float(np.hypot(outward, upward).max()), 1e-6)
     arrows = axes.quiver(
         along[every], height[every], outward[every], upward[every], angles="uv",

@@ -79,11 +79,11 @@ def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """The function, run under the report's own style whatever the user's matplotlibrc sets."""
 
     @functools.wraps(draw)
-    def drawn(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+    def draw_styled(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
         with matplotlib.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]
             return draw(*args, **kwargs)
 
-    return drawn
+    return draw_styled
 
 
 @styled

@@ -99,7 +99,7 @@ def nrcs_bragg(
     without bound towards the vertical, where first-order theory ends.
     """
     g_hh, g_vv = bragg_coefficients(incidence, permittivity)
-    g = g_hh if _known(polarization) == "HH" else g_vv
+    g = g_hh if _check_polarization(polarization) == "HH" else g_vv
     cosine = np.cos(np.asarray(incidence, dtype=np.float64))
     k = radar_wavenumber(frequency_hz)
     return 16.0 * np.pi * k**4 * cosine**4 * np.abs(g) ** 2 * np.asarray(spectrum_at_bragg, dtype=np.float64)
@@ -153,7 +153,7 @@ def nrcs_two_scale(
     wind_axis, _ = view.wind_double(np.cos(wind), np.sin(wind))
     local = np.arccos(np.maximum(view.cos_local, 0.0))
     g_hh, g_vv = bragg_coefficients(local, permittivity)
-    like, other = (g_hh, g_vv) if _known(polarization) == "HH" else (g_vv, g_hh)
+    like, other = (g_hh, g_vv) if _check_polarization(polarization) == "HH" else (g_vv, g_hh)
     k = radar_wavenumber(frequency_hz)
     k_bragg = np.maximum(2.0 * k * np.sin(local), waves.longest)
     plane_spectrum = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg) * (1.0 + waves.contrast(k_bragg) * wind_axis)
@@ -169,7 +169,7 @@ def bragg_speed(frequency_hz: float) -> float:
     return float(angular_frequency(k)) / k
 
 
-def _known(polarization: str) -> str:
+def _check_polarization(polarization: str) -> str:
     if polarization not in POLARIZATIONS:
         raise ValueError(f"polarization = {polarization!r}: must be one of {', '.join(POLARIZATIONS)}")
     return polarization

@@ -166,7 +166,7 @@ def nrcs_horst78(
     upwind = (1.0 - 2.8 * psi) * np.where(low_band, 0.2 * wide**-0.4, 0.25 * wavelength**-0.33)
     level = np.where(low_band, 3.9e-6 * wavelength * psi**0.4, 5.78e-6 * psi**0.547) * interference * growth
     if polarization == "VV":
-        level = level * 10.0 ** (_by_band(_GIT_VV_OVER_HH, psi, wavelength, height, frequency) / 10.0)
+        level = level * 10.0 ** (_ratio_db(_GIT_VV_OVER_HH, psi, wavelength, height, frequency) / 10.0)
     return np.asarray(level * wind_factor(upwind, wind_angle))
 
 
@@ -241,7 +241,7 @@ def nrcs_reilly90(
     level_db = np.where(frequency <= 12.5e9, 24.4 * log_ghz - 65.2, 3.25 * log_ghz - 42.0)
     level_db = level_db + _grazing_db(psi, state, wavelength) + 5.0 * (state - 5.0)
     if polarization == "HH":
-        level_db = level_db + _by_band(_HYBRID_HH_OVER_VV, np.radians(psi), wavelength, 0.08 * state**2, frequency)
+        level_db = level_db + _ratio_db(_HYBRID_HH_OVER_VV, np.radians(psi), wavelength, 0.08 * state**2, frequency)
     fall = (2.0 + 1.7 * np.log10(0.1 / wavelength)) * np.log(10.0) / 10.0  # from upwind to crosswind
     return np.asarray(10.0 ** (level_db / 10.0) * np.exp(-fall) * wind_factor(fall, wind_angle))
 
@@ -257,7 +257,7 @@ def _grazing_db(
     return 20.0 * np.log10(square) + 10.0 * np.log10(np.maximum(psi, transition) / transition)
 
 
-def _by_band(
+def _ratio_db(
     rows: tuple[tuple[float, ...], ...],
     psi: NDArray[np.float64],
     wavelength: NDArray[np.float64],

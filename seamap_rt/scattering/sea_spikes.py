@@ -77,7 +77,7 @@ class SeaSpikes:
     left_spread: float  # m/s, its standard deviation
 
     @property
-    def left(self) -> float:
+    def remaining_share(self) -> float:
         """Share of the breaking area that stays a share of each facet."""
         return 1.0 - float(self.share.sum())
 

@@ -74,10 +74,10 @@ def keys_about(text: str) -> list[KeySection]:
     every = key_sections()
     if found := [each for each in every if each.path == wanted or each.path.startswith(f"{wanted}.")]:
         return found
-    if found := _with_keys(every, lambda key, _: key == wanted):
+    if found := _select_keys(every, lambda key, _: key == wanted):
         return found
     word = wanted.casefold()
-    if word and (found := _with_keys(every, lambda key, meaning: word in key or word in meaning.casefold())):
+    if word and (found := _select_keys(every, lambda key, meaning: word in key or word in meaning.casefold())):
         return found
     names = [each.path for each in every if each.path]
     names += [_key(each, name) for each in every for name in (each.tag, *(row.name for row in each.rows)) if name]
@@ -87,7 +87,7 @@ def keys_about(text: str) -> list[KeySection]:
     raise InputError(f"KEY = {quoted(text)}: no key, section or word of them; {hint}")
 
 
-def _with_keys(sections: Iterable[KeySection], wanted: Callable[[str, str], bool]) -> list[KeySection]:
+def _select_keys(sections: Iterable[KeySection], wanted: Callable[[str, str], bool]) -> list[KeySection]:
     """The sections with those of their keys alone that are wanted, by name and meaning; none without any."""
     result: list[KeySection] = []
     for each in sections:

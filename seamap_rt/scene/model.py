@@ -226,11 +226,11 @@ def _overridden(tree: dict[str, Any], overrides: Mapping[str, Any]) -> Scene:
 
 def scene_of(tree: Mapping[str, Any]) -> Scene:
     """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
-    return validate(Scene, _with_recorded(tree), _further)
+    return validate(Scene, _fill_recorded(tree), _find_disagreements)
 
 
-def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tree with what it leaves out of a recorded sea, by its file."""
+def _fill_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tree with the keys of a recorded sea that it leaves out, by the sea's file."""
     sea = tree.get("sea")
     if not isinstance(sea, Mapping) or sea.get("model") != "recorded":
         return tree
@@ -251,7 +251,7 @@ def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**tree, "sea": {**known, **given}}
 
 
-def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
+def _find_disagreements(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
     """What is wrong between the sections of a scene with wrong keys, as far as it can be found without them."""
     from .agreement import disagreements  # loads what computes
 

@@ -53,9 +53,9 @@ def _lines(scene: Scene, given: Mapping[str, Any]) -> Iterator[str]:
     sections = key_sections()
     by_name = {row.name: row for section in sections for row in section.rows}
     for section in sections:
-        held = _at(scene, section.path)
+        held = _value_at(scene, section.path)
         tables = list(held) if section.many else [held]
-        written = _at(given, section.path)
+        written = _value_at(given, section.path)
         stated = list(written or ()) if section.many else [written or {}]
         if not tables or not (section.path in _ALWAYS or any(stated) or any(map(_changed, tables))):
             comment = f"{section.heading}: {_plain(section.meaning)} See seamap-rt keys {section.path}."
@@ -128,7 +128,7 @@ def _written(value: Any) -> str:
     return toml_value(value)
 
 
-def _at(holder: Any, path: str) -> Any:
+def _value_at(holder: Any, path: str) -> Any:
     """What stands at a path; None where there is nothing."""
     for step in filter(None, path.split(".")):
         holder = holder.get(step) if isinstance(holder, Mapping) else getattr(holder, step, None)

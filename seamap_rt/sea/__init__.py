@@ -30,8 +30,8 @@ by linear dispersion, come from the file where the scene leaves them out. What i
 gaps that cameras leave, has an error that is stated among the resolved facts; more than a tenth of the waves is
 refused, as is a record that ends too early. A patch that ends within the range circle is refused, or goes on as
 `sea.beyond` says, level or mirrored; its reach is reported beforehand, and nothing beyond is judged
-(`Sea.known`), nor in a rim of 5 % of its side. The water's flow is that of the file's surface potential or velocities,
-and of linear waves where it has none: both to first order, as is the sum of `components`.
+(`Sea.is_known`), nor in a rim of 5 % of its side. The water's flow is that of the file's surface potential or
+velocities, and of linear waves where it has none: both to first order, as is the sum of `components`.
 
     sea = realize(scene.sea, seed=1)
     sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s

@@ -149,13 +149,13 @@ class ChoppySurface:
                 break
         determinant[open_] = 0.0  # no label found yet: a fold is why
         folded = np.zeros(x.size, dtype=bool)
-        suspects = np.flatnonzero(self._near_a_fold(label_x, label_y, t, determinant))
+        suspects = np.flatnonzero(self._is_near_fold(label_x, label_y, t, determinant))
         for start in range(0, suspects.size, _SEARCH_CHUNK):
             at = suspects[start : start + _SEARCH_CHUNK]
             label_x[at], label_y[at], folded[at] = self._highest(x[at], y[at], t[at], label_x[at], label_y[at])
         return Labels(label_x, label_y, folded)
 
-    def _near_a_fold(
+    def _is_near_fold(
         self, label_x: Points, label_y: Points, t: Points, determinant: NDArray[np.float64]
     ) -> NDArray[np.bool_]:
         """(n,): the surface turns over at the label, or at one of sixteen around it, out to the rms displacement."""

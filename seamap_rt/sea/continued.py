@@ -50,7 +50,7 @@ class ContinuedPatch:
         return weight
 
     @property
-    def kept(self) -> float:
+    def kept_share(self) -> float:
         """Share of an even sea's variance that is left where its rim fades."""
         if self.file.periodic or self._is_mirrored:
             return 1.0

@@ -55,8 +55,8 @@ def from_base(kind: Kind, base: Kind | None) -> InTime | None:
     return (0.0, *(-factor / GRAVITY for factor in potential)) if kind == "elevation" else None
 
 
-def of_waves(factors: InTime, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """By what a sum of derivatives multiplies e^{−iωt}, ω [rad/s]."""
+def harmonic_factors(factors: InTime, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Factors by which a sum of derivatives in time multiplies e^{−iωt}, ω [rad/s]."""
     return np.asarray(polynomial.polyval(-1j * omega, factors), dtype=np.complex128)
 
 
@@ -65,7 +65,7 @@ def per_elevation(kind: Kind, lattice: Lattice, base: Kind | None = None) -> NDA
     make the elevation."""
     omega = np.where(lattice.omega > 0.0, lattice.omega, 1.0)  # no wave, and no shift, at k = 0
     if kind == base and (heights := from_base("elevation", base)) is not None:
-        return np.where(lattice.omega > 0.0, 1.0 / of_waves(heights, omega), 0.0)
+        return np.where(lattice.omega > 0.0, 1.0 / harmonic_factors(heights, omega), 0.0)
     k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
     shift = (orbital_ratio(k, lattice.depth) / k).astype(np.complex128)
     if kind == "shift":
@@ -105,11 +105,11 @@ class Sums:
     output_row: NDArray[np.int64]  # (sum, derivative in space), −1 for none
 
     @cached_property
-    def in_lanes(self) -> NDArray[np.float32]:
+    def lane_weights(self) -> NDArray[np.float32]:
         """The weights as the kernel takes them."""
-        from .spline_kernel import in_lanes  # numba takes half a second to import: only where it is used
+        from .spline_kernel import pad_to_lanes  # numba takes half a second to import: only where it is used
 
-        return in_lanes(self.in_time)
+        return pad_to_lanes(self.in_time)
 
 
 def sums_of(terms: Sequence[Term], base: Kind | None, weights: NDArray[np.float64], time_step: float) -> list[Sums]:
@@ -123,11 +123,11 @@ def sums_of(terms: Sequence[Term], base: Kind | None, weights: NDArray[np.float6
         output_row = sums.setdefault((0.0,) * term.time + factors, np.full(len(DERIVATIVES), -1))
         output_row[DERIVATIVES.index((term.row, term.column))] = index
 
-    def in_time(factors: InTime) -> NDArray[np.float64]:
+    def time_weights(factors: InTime) -> NDArray[np.float64]:
         per_step = np.array(factors) / time_step ** np.arange(len(factors))
         return np.tensordot(per_step, weights[: len(factors)], axes=1)
 
     return [
-        Sums(kind, np.stack([in_time(factors) for factors in sums]), np.stack(list(sums.values())))
+        Sums(kind, np.stack([time_weights(factors) for factors in sums]), np.stack(list(sums.values())))
         for kind, sums in wanted.items()
     ]

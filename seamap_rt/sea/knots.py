@@ -26,7 +26,7 @@ class Strip:
     first: int
     count: int
 
-    def within(self, other: Strip, period: int) -> slice | None:
+    def place_in(self, other: Strip, period: int) -> slice | None:
         """Where these rows lie among another strip's, if they do."""
         start = (self.first - other.first) % period
         return slice(start, start + self.count) if start + self.count <= other.count else None

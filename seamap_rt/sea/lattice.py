@@ -82,7 +82,7 @@ class Lattice:
         return quadrant
 
     @cached_property
-    def inside(self) -> NDArray[np.bool_]:
+    def is_inside(self) -> NDArray[np.bool_]:
         """Where a wave may be: 0 < |k| < limit."""
         k = self.quadrant(lambda k: k)
         return self.unfold((k > 0.0) & (k < self.limit))
@@ -102,8 +102,8 @@ def plane_variance(
     whole = lattice.unfold(safe)
     along, across = _angle(lattice.east, lattice.north[:, None], whole, toward)
     variance = density * spreading(whole, along, across) * lattice.step**2
-    variance[_near(lattice)] = _integrated(lattice, radial, spreading, toward)
-    return _scaled(np.where(lattice.inside, variance, 0.0), total, lattice)
+    variance[_central_cells(lattice)] = _integrated(lattice, radial, spreading, toward)
+    return _scaled(np.where(lattice.is_inside, variance, 0.0), total, lattice)
 
 
 def line_variance(lattice: Lattice, radial: Radial, total: float) -> tuple[NDArray[np.float64], float]:
@@ -129,7 +129,7 @@ def draw_amplitudes(
     return np.sqrt(variance) * drawn[order]
 
 
-def _near(lattice: Lattice) -> tuple[slice, slice]:
+def _central_cells(lattice: Lattice) -> tuple[slice, slice]:
     """The cells around k = 0 whose variance is integrated."""
     rows, columns = lattice.reach
     fine_rows, fine_columns = min(rows, _FINE_RADIUS), min(columns, _FINE_RADIUS)
@@ -139,8 +139,8 @@ def _near(lattice: Lattice) -> tuple[slice, slice]:
 def _integrated(
     lattice: Lattice, radial: Radial, spreading: Spreading, toward: tuple[float, float]
 ) -> NDArray[np.float64]:
-    """Integrals of the spectrum over the cells of `_near`, by Gauss–Legendre nodes in each."""
-    rows, columns = _near(lattice)
+    """Integrals of the spectrum over the cells of `_central_cells`, by Gauss–Legendre nodes in each."""
+    rows, columns = _central_cells(lattice)
     nodes, weights = gauss_legendre(_FINE_NODES)
     half = 0.5 * lattice.step
     total = np.zeros((rows.stop - rows.start, columns.stop - columns.start))

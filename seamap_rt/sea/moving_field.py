@@ -30,8 +30,8 @@ from .spline import (
     InterpolationError,
     bspline_polynomials,
     bspline_transform,
+    exact_base,
     interpolation_error,
-    kept_base,
     longest_time_step,
 )
 
@@ -73,7 +73,7 @@ class MovingField:
             grid_size(columns, oversampling, order),
         )
         self._variance = lattice.fold(variance)
-        self.base: Kind | None = kept_base(lattice, self._variance, base)
+        self.base: Kind | None = exact_base(lattice, self._variance, base)
         self.time_step = time_step or longest_time_step(lattice, self._variance, self.base)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._clear()
@@ -113,7 +113,7 @@ class MovingField:
             for each in chosen:
                 grids = tuple(knots[first + tap, each.kind].result() for tap in self.taps)
                 of_points = (x, y, knot_time), self._per_metre, rows, points
-                kernel(grids, *of_points, each.in_lanes, scale, each.output_row, result)
+                kernel(grids, *of_points, each.lane_weights, scale, each.output_row, result)
 
         pool = _pool()
         # Fields that do not fit into memory together come one after the other.
@@ -210,7 +210,7 @@ class MovingField:
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
-        at = strip.within(has, self.shape[0])
+        at = strip.place_in(has, self.shape[0])
         if at is not None:
             return rows[at]
         if has == self._whole:  # over the end of the grid

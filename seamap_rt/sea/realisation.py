@@ -59,7 +59,7 @@ def realize(
     ]
     spacing = resolution(settings)
     if settings.model == "recorded":
-        return _of_record(settings, spacing, next(iter(systems.values())))
+        return _record_sea(settings, spacing, next(iter(systems.values())))
     random = _draw(settings, systems, spacing, seed)
     scale = 1.0
     base: Kind = "shift" if settings.model == "choppy" else "potential"
@@ -89,7 +89,7 @@ def realize(
     return Sea(trains, surface, replace(resolved, choppy=facts), current)
 
 
-def _of_record(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
+def _record_sea(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
     """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
     from ..io.recorded_sea import recorded_sea  # loads what reads files
     from .continued import ContinuedPatch

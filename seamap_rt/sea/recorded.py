@@ -351,14 +351,14 @@ def _waves(
         if frame not in chosen:
             continue
         if not file.periodic:
-            level += float(np.abs(middle[rows, columns]) ** 2) / chosen.size / source.kept
+            level += float(np.abs(middle[rows, columns]) ** 2) / chosen.size / source.kept_share
         middle[rows, columns] = 0.0
         power += 0.5 * np.abs(ahead) ** 2 / chosen.size
         whole += float(np.sum(np.abs(middle) ** 2)) / chosen.size
     total = float(power.sum())
     if total <= 0.0:
         raise InputError(f"sea.file = '{file.path}': is flat at all frames; there is nothing to see")
-    return amplitude, power * (whole / total / source.kept), level, widest
+    return amplitude, power * (whole / total / source.kept_share), level, widest
 
 
 def _whole_plane(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex128]:

@@ -19,7 +19,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics.dispersion import orbital_ratio
-from .fields import ITSELF, InTime, Kind, flow_missed, from_base, of_waves, per_elevation
+from .fields import ITSELF, InTime, Kind, flow_missed, from_base, harmonic_factors, per_elevation
 from .lattice import Lattice
 
 
@@ -99,26 +99,26 @@ def interpolation_error(
 
     folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. in_time: what interpolation in time costs a
     unit wave of some cycles a step, and its derivatives; the spline's where it is left out. base: the field that others
-    follow from, as `kept_base` allows it.
+    follow from, as `exact_base` allows it.
     """
     rows, columns = lattice.reach
     east, north = lattice.east[columns:], lattice.north[rows:, None]
-    omega, _ = _by_frequency(lattice.omega, folded)
+    omega, _ = _frequency_bands(lattice.omega, folded)
     # Squared images relative to their wave, of its derivatives 0, 1 and 2.
     in_x, in_y = (
         [bspline_image_error(order, np.arange(most + 1.0) / points, derivative) ** 2 for derivative in (0, 1, 2)]
         for most, points in ((columns, shape[1]), (rows, shape[0]))
     )
 
-    def in_t(kind: Kind, derivative: int) -> NDArray[np.float64]:
+    def image_error(kind: Kind, derivative: int) -> NDArray[np.float64]:
         if in_time is not None:
             return in_time(omega * time_step / (2.0 * np.pi), derivative) ** 2
-        return _images(omega, time_step, _made(kind, derivative, base))
+        return _images(omega, time_step, _time_sum(kind, derivative, base))
 
     def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0, of: Kind = "elevation") -> float:
         """Error of a quantity with this variance of each wave: the derivative of order x, y, t of a field."""
-        _, by_frequency = _by_frequency(lattice.omega, variance)
-        square = variance.sum(axis=0) @ in_x[x] + variance.sum(axis=1) @ in_y[y] + by_frequency @ in_t(of, t)
+        _, by_frequency = _frequency_bands(lattice.omega, variance)
+        square = variance.sum(axis=0) @ in_x[x] + variance.sum(axis=1) @ in_y[y] + by_frequency @ image_error(of, t)
         return float(np.sqrt(square))
 
     k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
@@ -139,7 +139,7 @@ def longest_time_step(lattice: Lattice, folded: NDArray[np.float64], base: Kind 
 
     folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. base: the field that others follow from.
     """
-    omega, variance = _by_frequency(lattice.omega, folded)
+    omega, variance = _frequency_bands(lattice.omega, folded)
     carries = variance > 0.0
     if not carries.any():
         return 1.0
@@ -147,13 +147,13 @@ def longest_time_step(lattice: Lattice, folded: NDArray[np.float64], base: Kind 
     elevation, velocity = _budgets(omega, variance)
     count = max(1, int(np.ceil(omega[-1] / (2.0 * np.pi * TIME_STEP_CYCLES))))
     while True:
-        height, rise = (_images(omega, 1.0 / count, _made("elevation", derivative, base)) for derivative in (0, 1))
+        height, rise = (_images(omega, 1.0 / count, _time_sum("elevation", derivative, base)) for derivative in (0, 1))
         if variance @ height <= elevation**2 and (variance * omega**2) @ rise <= velocity**2:
             return 1.0 / count
         count += 1
 
 
-def kept_base(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None) -> Kind | None:
+def exact_base(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None) -> Kind | None:
     """The base, if what follows from it is as exact as the budgets of interpolation in time ask; else None.
 
     Derivatives enlarge what single precision rounds, the more the shorter the step, and without surface tension the
@@ -161,30 +161,30 @@ def kept_base(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None) 
     """
     if base is None or not folded.any():
         return None
-    omega, variance = _by_frequency(lattice.omega, folded)
+    omega, variance = _frequency_bands(lattice.omega, folded)
     elevation, velocity = _budgets(omega, variance)
     step = longest_time_step(lattice, folded, base)
     size = float(np.sqrt(np.sum(folded * np.abs(per_elevation(base, lattice, base)) ** 2)))
     k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
     flow = folded * (lattice.omega * orbital_ratio(k, lattice.depth)) ** 2
     missed = np.sum(flow * flow_missed(np.where(k < np.inf, k, 0.0)) ** 2)
-    noise = [_ROUNDED * size * _gain(_made("elevation", derivative, base), step) for derivative in (0, 1)]
+    noise = [_ROUNDED * size * _gain(_time_sum("elevation", derivative, base), step) for derivative in (0, 1)]
     worst = max(noise[0] / elevation, noise[1] / velocity, np.sqrt(missed) / velocity)
     return base if worst <= _UNSEEN else None
 
 
-def _made(kind: Kind, derivative: int, base: Kind | None) -> InTime:
+def _time_sum(kind: Kind, derivative: int, base: Kind | None) -> InTime:
     """The sum of derivatives in time of the field that has knots which is a derivative of this one."""
     return (0.0,) * derivative + (from_base(kind, base) or ITSELF)
 
 
 def _images(omega: NDArray[np.float64], step: float, factors: InTime) -> NDArray[np.float64]:
     """Squared images in time of waves at ω [rad/s], relative to the wave, of a sum of derivatives of its spline."""
-    own = np.abs(of_waves(factors, omega))
+    own = np.abs(harmonic_factors(factors, omega))
     squared = np.zeros_like(omega)
     for image in _IMAGES:
         there = omega + 2.0 * np.pi * image / step
-        squared += ((omega / there) ** (TIME_ORDER + 1) * np.abs(of_waves(factors, there)) / own) ** 2
+        squared += ((omega / there) ** (TIME_ORDER + 1) * np.abs(harmonic_factors(factors, there)) / own) ** 2
     return squared
 
 
@@ -204,7 +204,7 @@ def _budgets(omega: NDArray[np.float64], variance: NDArray[np.float64]) -> tuple
     )
 
 
-def _by_frequency(
+def _frequency_bands(
     omega: NDArray[np.float64], variance: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Variance summed over narrow bands of frequency: upper edges (rad/s), variances."""

@@ -36,7 +36,7 @@ def spline_kernel(
     rows, columns = row_weights.shape[2], column_weights.shape[2]
     if max(rows, columns, time_taps) > LANES:
         raise ValueError(f"taps = {max(rows, columns, time_taps)}: must be at most {LANES}; lower the spline's order")
-    row_polynomials, column_polynomials = in_lanes(row_weights), in_lanes(column_weights)
+    row_polynomials, column_polynomials = pad_to_lanes(row_weights), pad_to_lanes(column_weights)
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
     def kernel(grids, places, per_metre, periodic_rows, points, in_time, scale, output_row, result):
@@ -126,7 +126,7 @@ def spline_kernel(
     return compiled(kernel)
 
 
-def in_lanes(weights: NDArray) -> NDArray[np.float32]:
+def pad_to_lanes(weights: NDArray) -> NDArray[np.float32]:
     """Weights (…, tap) with zeros behind the taps, as many as there are LANES."""
     return np.pad(weights.astype(np.float32), ((0, 0), (0, 0), (0, LANES - weights.shape[2])))
 

@@ -28,7 +28,7 @@ def mitsuyasu_exponent(frequency_ratio: ArrayLike, inverse_wave_age: float) -> N
     inverse wave age that is not positive.
     """
     ratio = _ratio(frequency_ratio)
-    age = _age(inverse_wave_age)
+    age = _check_age(inverse_wave_age)
     sharpest = np.minimum(11.5 * np.float64(max(age, 1e-6)) ** -2.5, SHARPEST_EXPONENT)
     return sharpest * np.minimum(ratio, 1.0) ** 5 * np.maximum(ratio, 1.0) ** -2.5
 
@@ -41,7 +41,7 @@ def hasselmann_exponent(frequency_ratio: ArrayLike, inverse_wave_age: float) -> 
     `mitsuyasu_exponent`.
     """
     ratio = _ratio(frequency_ratio)
-    fall = -2.33 - 1.45 * (_age(inverse_wave_age) - 1.17)  # below −0.6 for every age: s falls from the peak on
+    fall = -2.33 - 1.45 * (_check_age(inverse_wave_age) - 1.17)  # below −0.6 for every age: s falls from the peak on
     below = 6.97 * np.minimum(ratio, _HASSELMANN_EDGE) ** 4.06
     above = 9.77 * np.maximum(ratio, _HASSELMANN_EDGE) ** fall
     return np.where(ratio < _HASSELMANN_EDGE, below, above)
@@ -110,7 +110,7 @@ def _ratio(frequency_ratio: ArrayLike) -> NDArray[np.float64]:
     return ratio
 
 
-def _age(inverse_wave_age: float) -> float:
+def _check_age(inverse_wave_age: float) -> float:
     if not 0.0 < inverse_wave_age < math.inf:
         raise ValueError(
             f"inverse_wave_age = {inverse_wave_age}: must be positive and finite; 0.84 is a fully developed sea"

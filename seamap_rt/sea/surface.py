@@ -81,7 +81,7 @@ class Sea:
         """Height above mean sea level, (…) m."""
         return self._sample(x, y, t, ("elevation",))[0]
 
-    def known(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
+    def is_known(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
         """Where (…) the surface is that of the sea, and may be judged by: not where a record was continued."""
         east, north = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
         return np.ones(east.shape, dtype=bool) if self.patch is None else self.patch.holds(east, north)
@@ -191,7 +191,7 @@ class KnownSea:
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """Height above mean sea level, (…) m."""
         height = self.sea.elevation(x, y, t)
-        return height if self.sea.patch is None else np.where(self.sea.known(x, y), height, np.nan)
+        return height if self.sea.patch is None else np.where(self.sea.is_known(x, y), height, np.nan)
 
 
 def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:

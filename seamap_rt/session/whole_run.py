@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..compute.machine import peak_memory
 from ..errors import is_interruption, must_be
-from ..forecast_errors import VerifiedForecasts, came, judge_forecasts
+from ..forecast_errors import VerifiedForecasts, judge_forecasts, true_elevation
 from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
@@ -85,7 +85,7 @@ class ForecastSink:
         judged = self._judged()
         if self._last is None or not judged:
             return None
-        truth = np.concatenate([came(self._simulator.sea.judge, made) for made in judged])
+        truth = np.concatenate([true_elevation(self._simulator.sea.judge, made) for made in judged])
         return VerifiedForecasts(_together(judged), truth, self._field(*self._last))
 
     def windows(self) -> Windows | None:

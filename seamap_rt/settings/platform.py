@@ -36,7 +36,7 @@ _SAID = {  # of keys that are alike: the reason of their limits, and what they a
 }
 
 
-def _said(what: str, of: str, unit: str) -> Meaning:
+def _meaning(what: str, of: str, unit: str) -> Meaning:
     reason, text = _SAID[what]
     return Meaning(unit, reason, text=text.format(of))
 
@@ -44,12 +44,12 @@ def _said(what: str, of: str, unit: str) -> Meaning:
 class SensorErrors(Section):
     """What is known of the errors of motion sensors: sizes, of which error bars are made; none unless given."""
 
-    attitude_noise_deg: Annotated[Noise, _said("noise", "roll and pitch", "°")] = 0.0
-    heading_noise_deg: Annotated[Noise, _said("noise", "heading", "°")] = 0.0
-    position_noise_m: Annotated[PositionNoise, _said("noise", "position", "m")] = 0.0
-    attitude_accuracy_deg: Annotated[Noise, _said("accuracy", "roll and pitch", "°")] = 0.0
-    heading_accuracy_deg: Annotated[Noise, _said("accuracy", "heading", "°")] = 0.0
-    height_accuracy_m: Annotated[PositionNoise, _said("accuracy", "height", "m")] = 0.0
+    attitude_noise_deg: Annotated[Noise, _meaning("noise", "roll and pitch", "°")] = 0.0
+    heading_noise_deg: Annotated[Noise, _meaning("noise", "heading", "°")] = 0.0
+    position_noise_m: Annotated[PositionNoise, _meaning("noise", "position", "m")] = 0.0
+    attitude_accuracy_deg: Annotated[Noise, _meaning("accuracy", "roll and pitch", "°")] = 0.0
+    heading_accuracy_deg: Annotated[Noise, _meaning("accuracy", "heading", "°")] = 0.0
+    height_accuracy_m: Annotated[PositionNoise, _meaning("accuracy", "height", "m")] = 0.0
     rate_hz: Annotated[float, Ge(0.1), Meaning("Hz", "readings a second", infinite=True)] = math.inf
     """Readings a second; inf is one at every pulse."""
     latency_s: Annotated[float, Ge(0.0), Le(10.0), Meaning("s", "age of a reading")] = 0.0
@@ -69,10 +69,10 @@ class SensorSettings(SensorErrors):
     the biases: of these it knows what the accuracies state.
     """
 
-    roll_bias_deg: Annotated[Bias, _said("bias", "roll", "°")] = 0.0
-    pitch_bias_deg: Annotated[Bias, _said("bias", "pitch", "°")] = 0.0
-    heading_bias_deg: Annotated[Bias, _said("bias", "heading", "°")] = 0.0
-    height_bias_m: Annotated[HeightBias, _said("bias", "height", "m")] = 0.0
+    roll_bias_deg: Annotated[Bias, _meaning("bias", "roll", "°")] = 0.0
+    pitch_bias_deg: Annotated[Bias, _meaning("bias", "pitch", "°")] = 0.0
+    heading_bias_deg: Annotated[Bias, _meaning("bias", "heading", "°")] = 0.0
+    height_bias_m: Annotated[HeightBias, _meaning("bias", "height", "m")] = 0.0
 
 
 class PlatformSettings(Section):
@@ -94,19 +94,19 @@ class PlatformSettings(Section):
     """List to starboard | Roll at rest, starboard down."""
     trim_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat founders"), _UNRECORDED] = 0.0
     """Trim, bow up | Pitch at rest, bow up."""
-    roll_deg: Annotated[Angle, _said("amplitude", "roll", "°"), _SINUSOIDAL] = 0.0
-    roll_period_s: Annotated[Period, _said("period", "roll", "s"), _SINUSOIDAL] = 4.0
-    roll_phase_deg: Annotated[Phase, _said("phase", "roll", "°"), _SINUSOIDAL] = 0.0
-    pitch_deg: Annotated[Angle, _said("amplitude", "pitch", "°"), _SINUSOIDAL] = 0.0
-    pitch_period_s: Annotated[Period, _said("period", "pitch", "s"), _SINUSOIDAL] = 5.0
-    pitch_phase_deg: Annotated[Phase, _said("phase", "pitch", "°"), _SINUSOIDAL] = 0.0
-    yaw_deg: Annotated[Angle, _said("amplitude", "yaw", "°"), _SINUSOIDAL] = 0.0
-    yaw_period_s: Annotated[Period, _said("period", "yaw", "s"), _SINUSOIDAL] = 8.0
-    yaw_phase_deg: Annotated[Phase, _said("phase", "yaw", "°"), _SINUSOIDAL] = 0.0
+    roll_deg: Annotated[Angle, _meaning("amplitude", "roll", "°"), _SINUSOIDAL] = 0.0
+    roll_period_s: Annotated[Period, _meaning("period", "roll", "s"), _SINUSOIDAL] = 4.0
+    roll_phase_deg: Annotated[Phase, _meaning("phase", "roll", "°"), _SINUSOIDAL] = 0.0
+    pitch_deg: Annotated[Angle, _meaning("amplitude", "pitch", "°"), _SINUSOIDAL] = 0.0
+    pitch_period_s: Annotated[Period, _meaning("period", "pitch", "s"), _SINUSOIDAL] = 5.0
+    pitch_phase_deg: Annotated[Phase, _meaning("phase", "pitch", "°"), _SINUSOIDAL] = 0.0
+    yaw_deg: Annotated[Angle, _meaning("amplitude", "yaw", "°"), _SINUSOIDAL] = 0.0
+    yaw_period_s: Annotated[Period, _meaning("period", "yaw", "s"), _SINUSOIDAL] = 8.0
+    yaw_phase_deg: Annotated[Phase, _meaning("phase", "yaw", "°"), _SINUSOIDAL] = 0.0
     heave_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "an amplitude"), _SINUSOIDAL] = 0.0
     """Amplitude of heave; 0 unless motion = "sinusoidal"."""
-    heave_period_s: Annotated[Period, _said("period", "heave", "s"), _SINUSOIDAL] = 5.0
-    heave_phase_deg: Annotated[Phase, _said("phase", "heave", "°"), _SINUSOIDAL] = 0.0
+    heave_period_s: Annotated[Period, _meaning("period", "heave", "s"), _SINUSOIDAL] = 5.0
+    heave_phase_deg: Annotated[Phase, _meaning("phase", "heave", "°"), _SINUSOIDAL] = 0.0
     file: Annotated[str | None, Meaning(left_out='no file; needed with motion = "file"'), When("motion", "file")] = None
     """Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, `heave_m`, `x_m`,
     `y_m`; a relative one counts from the scene file's folder."""

@@ -311,7 +311,7 @@ class SeaSettings(Section):
         return tree
 
     @model_validator(mode="after")
-    def _one_resolution(self) -> Self:
+    def _check_resolution(self) -> Self:
         if self.resolution_m is not None and self.energy_fraction is not None:
             raise ValueError("give resolution_m or energy_fraction, not both: one follows from the other")
         return self

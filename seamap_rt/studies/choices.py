@@ -18,7 +18,7 @@ from ..measured import FULLY_MEASURED, LEVEL
 from ..metrics import BIN_M
 from ..report.keys import words_of
 from ..scene import Scene, SceneLike, as_scene
-from .paired import FEWEST_SEEDS, MOST_SEEDS, WITHIN, Choice, choose, end_of, means, with_band
+from .paired import FEWEST_SEEDS, MOST_SEEDS, WITHIN, Choice, choose, end_of, means, value_with_band
 from .vary import CIRCUMSTANCES, Grid, chosen_key, labels, refuse_limit
 
 if TYPE_CHECKING:
@@ -51,14 +51,14 @@ def recommendations(table: xr.Dataset) -> Iterator[str]:
     Keys of the sea, the scattering and the boat are circumstances, among which nobody chooses. The attribute `at_most`
     of the table limits the key that is chosen."""
     for words, here, choice in choices(table):
-        yield (f"{words}: " if words else "") + f"{choice_in_words(choice)}; {_there(table, here, choice)}"
-    yield from best_of_all(table)
+        yield (f"{words}: " if words else "") + f"{choice_in_words(choice)}; {_measured_in_words(table, here, choice)}"
+    yield from best_radius_lines(table)
 
 
-def best_of_all(table: xr.Dataset) -> Iterator[str]:
+def best_radius_lines(table: xr.Dataset) -> Iterator[str]:
     """The greatest radius of all designs, for each of the circumstances, and at which ends of the grid it lies; where
     one key alone is chosen and its values are numbers, `choices` has said it."""
-    mean, along = table["fully_measured_radius_m"].mean("seed"), along_of(table)
+    mean, along = table["fully_measured_radius_m"].mean("seed"), choice_key(table)
     given = [str(name) for name in mean.dims if str(name).startswith(CIRCUMSTANCES)]
     free = [str(name) for name in mean.dims if mean.sizes[name] > 1 and name not in given]
     if along and len(free) < 2:
@@ -105,7 +105,7 @@ def choice_in_words(choice: Choice) -> str:
 
 def choices(table: xr.Dataset) -> Iterator[tuple[str, xr.Dataset, Choice]]:
     """For each choice of the other keys: these in words, their part of the table, and what to choose there."""
-    key = along_of(table)
+    key = choice_key(table)
     if not key:
         return
     radius = table["fully_measured_radius_m"]
@@ -128,20 +128,20 @@ def least_confidence(table: xr.Dataset) -> float:
     return min(sure) if sure and np.isfinite(sure).all() else np.nan
 
 
-def along_of(table: xr.Dataset) -> str:
+def choice_key(table: xr.Dataset) -> str:
     """The key that is chosen: the antenna's height where it varies, else the one with the most numbers that is no
     circumstance; empty where there is none."""
     values = {str(dim): table[dim].values.tolist() for dim in table["fully_measured_radius_m"].dims if dim != "seed"}
     return chosen_key(values)
 
 
-def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
+def _measured_in_words(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
     """How much is measured at what is chosen; the band is pooled over the whole table."""
     at = {choice.key: here[choice.key].values.tolist().index(choice.value)}
     band = means(table["fully_measured_radius_m"])
     radius = band.sel({name: here[name] for name in band.dims if name != choice.key}).isel(at)
     one = here.isel(at)
-    wide = with_band(float(radius["mean"]), float(radius["low"]), float(radius["high"]), " m")
+    wide = value_with_band(float(radius["mean"]), float(radius["low"]), float(radius["high"]), " m")
     gross = written(100.0 * float(one["gross_share"].mean()), 1)
     more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
     return (
@@ -240,7 +240,7 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
             + f"{float(values[at]):.0f} m"
             + _seeds_in_words(float(abs(beside - values[at]).where(beside[choice.key] != choice.value).min()))
         )
-    yield from best_of_all(table)
+    yield from best_radius_lines(table)
     yield FULLY_MEASURED
     least, most = (float(each) for each in (found[MOTION].min(), found[MOTION].max()))
     if most > 0.0:

@@ -98,7 +98,7 @@ def local_client(workers: int) -> Iterator[Client]:
             yield client
 
 
-def _own_keys(folder: Path) -> Security:
+def _make_keys(folder: Path) -> Security:
     """Keys made for one cluster, in a folder that its user alone can read. dask itself would put them into folders
     that a killed process leaves."""
     made, files = Security.temporary(), {field: folder / f"{field}.pem" for field in _KEYS}
@@ -119,7 +119,7 @@ def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
             # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             local_directory=str(scratch),
-            security=_own_keys(scratch),
+            security=_make_keys(scratch),
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
@@ -215,7 +215,7 @@ def _address(scheduler: str) -> str:
 
 
 @contextmanager
-def on_local_cluster(workers: int | None) -> Iterator[Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]]:
+def open_local_cluster(workers: int | None) -> Iterator[Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]]:
     """What computes tasks on local processes: they start with the first tasks, and stay for those that follow."""
     most = len(cores()) if workers is None else workers
     clients: list[Client] = []

@@ -49,14 +49,14 @@ def means(values: xr.DataArray) -> xr.Dataset:
     square, freedom = (rest**2).sum("seed"), (count - 1).clip(0)
     keys = [str(key) for key in values.dims if key != "seed" and values[key].dtype.kind == "f"]
     alike = _likeness(rest.transpose("seed", ...).values.reshape(values.sizes["seed"], -1))
-    pooled, known, beside = (_with_neighbours(each, keys) for each in (square, freedom, (freedom > 0).astype(float)))
+    pooled, known, beside = (_sum_neighbours(each, keys) for each in (square, freedom, (freedom > 0).astype(float)))
     variance = pooled / known.where(known > 0)
     effective = known / (1.0 + (beside - 1.0).clip(0.0) * alike**2)
     half = np.sqrt(variance / count.where(count >= FEWEST_SEEDS)) * xr.apply_ufunc(stdtrit, effective, 0.975)
     return xr.Dataset({"mean": mean, "low": (mean - half).clip(0.0), "high": mean + half, "seeds": count})
 
 
-def with_band(value: float, low: float, high: float, unit: str = "") -> str:
+def value_with_band(value: float, low: float, high: float, unit: str = "") -> str:
     """A whole number with its band: symmetric, or from 0 where that cuts it; without one where none is known."""
     if not np.isfinite(high):
         return f"{value:.0f}{unit}"
@@ -74,7 +74,7 @@ def _likeness(rest: Array) -> float:
     return float((np.sum(sums**2) - designs) / (designs * (designs - 1)))
 
 
-def _with_neighbours(values: xr.DataArray, keys: Sequence[str]) -> xr.DataArray:
+def _sum_neighbours(values: xr.DataArray, keys: Sequence[str]) -> xr.DataArray:
     """Sum over each value and those next to it along the keys."""
     total = values.copy()
     for key in keys:
@@ -123,14 +123,14 @@ def choose(values: xr.DataArray, key: str, seed: int = 0, at_most: float = np.in
     allowed = int(np.count_nonzero(at <= at_most))
     if not allowed:
         return None
-    chosen = _least(mean[None, :allowed])[0]
+    chosen = _first_near_best(mean[None, :allowed])[0]
     confidence = np.nan
     if seeds >= FEWEST_SEEDS and allowed > 1:
         rest = (data - mean[:, None])[:allowed]
         stream = np.random.default_rng(seed)
         spread = np.sqrt(1.0 / (seeds * stream.chisquare(seeds - 1, _DRAWS)))
         drawn = mean[:allowed] + spread[:, None] * (stream.normal(size=(_DRAWS, seeds)) @ rest.T)
-        confidence = float(np.mean(_least(drawn) == chosen))
+        confidence = float(np.mean(_first_near_best(drawn) == chosen))
     best, beyond, tried = int(np.argmax(mean[:allowed])), int(np.argmax(mean)), allowed < at.size
     alone = allowed > 1 and np.delete(mean[:allowed], best).max() < mean[best]
     lost = 1.0 - float(mean[best] / mean[beyond]) if tried and mean[beyond] > 0.0 else np.nan
@@ -163,7 +163,7 @@ def significant_difference(values: xr.DataArray) -> float:
     return float(stdtrit(freedom, 0.975) * np.sqrt(2.0 * np.sum(rest**2) / freedom / seeds))
 
 
-def _least(means: Array) -> NDArray[np.intp]:
+def _first_near_best(means: Array) -> NDArray[np.intp]:
     """Number of the first design (row, design) that is within WITHIN of its row's best."""
     return np.argmax(means >= (1.0 - WITHIN) * means.max(axis=1, keepdims=True), axis=1)
 

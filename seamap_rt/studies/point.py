@@ -53,7 +53,7 @@ class SimulatorCache:
         """The scene's own. It is kept once it is `finished`, and so never one that failed."""
         from ..simulation import Simulator  # takes half a second
 
-        before = self._taken()
+        before = self._pop_simulator()
         sea = before.sea if before is not None and before.shares_sea_with(scene) else None
         rays = before.ray_scenes if before is not None else None
         del before  # before the next sea takes memory
@@ -71,9 +71,9 @@ class SimulatorCache:
 
     def forget(self) -> None:
         """Free it now."""
-        self._taken()
+        self._pop_simulator()
 
-    def _taken(self) -> Simulator | None:
+    def _pop_simulator(self) -> Simulator | None:
         with self._lock:
             self._timer.cancel()
             before, self._before = self._before, None
@@ -169,7 +169,7 @@ def keep(task: Task, outcome: Outcome) -> None:
     write_whole(task.file, json.dumps(content | {"sha256": _checksum(content)}, indent=1, allow_nan=False))
 
 
-def kept(file: Path) -> Outcome | None:
+def load_outcome(file: Path) -> Outcome | None:
     """What a point's file holds; None where there is none, or not what `keep` wrote."""
     try:
         outcome = read_json(file)
@@ -181,7 +181,7 @@ def kept(file: Path) -> Outcome | None:
 
 def load_point(task: Task) -> tuple[Outcome | None, str]:
     """What is kept of a point, and why its file is not believed: "" where it is, or where there is none."""
-    outcome = kept(task.file)
+    outcome = load_outcome(task.file)
     if outcome is None:
         return None, "is damaged or was edited" if task.file.exists() else ""
     stored, identity = outcome.pop("point", {}), task.identity
@@ -212,7 +212,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         rings = seen if rings is None else rings + seen
         facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
-        metrics = error_figures(_all_turns(maps), _all_turns(truths))
+        metrics = error_figures(_join_turns(maps), _join_turns(truths))
     CACHE.finished(simulator)
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
     gates = np.unique(np.floor(truths[0]["range"].values / BIN_M), return_counts=True)[1]  # of bins that hold any
@@ -222,21 +222,21 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     known = [float(each) if all_of_it else None for each, all_of_it in zip(share, whole, strict=True)]
     facts = {"significant_height_m": 4.0 * sigma, "range_m": [near, far], "facets": facets, "folded_share": folded}
     assert rings is not None
-    by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
+    by_range = {**metrics, "known_share": known, "quality": _bin_scores(rings)}
     assert simulator.visible is not None
     del overall["range_m"]
     figures = overall | rings.figures | simulator.visible.figures
     return {"metrics": figures, "by_range": by_range, "facts": facts}
 
 
-def _by_bin(rings: CoverageProfile) -> list[float | None]:
+def _bin_scores(rings: CoverageProfile) -> list[float | None]:
     """Mean score of the cells of each of the metrics' bins that hold any."""
     number = np.unique(np.floor(rings.range_m / BIN_M), return_inverse=True)[1]
     score, cells = (np.bincount(number, each) for each in (rings.score, rings.cells))
     return [float(each) if np.isfinite(each) else None for each in score / cells]
 
 
-def _all_turns(turns: list[xr.Dataset]) -> xr.DataTree:
+def _join_turns(turns: list[xr.Dataset]) -> xr.DataTree:
     import xarray as xr
 
     joined = turns[0] if len(turns) == 1 else xr.concat(turns, "turn", data_vars="all")

@@ -290,9 +290,9 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if workers is not None and workers < 0:
         raise InputError(f"--workers = {workers}: must be at least 0 (none: all in this process); raise it")
     if workers == 0:
-        yield _here
+        yield _compute_serially
         return
-    from .cluster import existing_client, gather_results, on_local_cluster, refuse_while_spawned  # takes a second
+    from .cluster import existing_client, gather_results, open_local_cluster, refuse_while_spawned  # takes a second
 
     if client is not None:
         yield partial(gather_results, client)
@@ -301,11 +301,11 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
             yield partial(gather_results, result)
     else:
         refuse_while_spawned()
-        with on_local_cluster(workers) as result:
+        with open_local_cluster(workers) as result:
             yield result
 
 
-def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
+def _compute_serially(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
     """One after another, in this process."""
     waiting = BySea(tasks)
     try:

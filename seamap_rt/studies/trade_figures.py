@@ -19,7 +19,7 @@ from ..physics.shadowing import SEEN_DB
 from ..report import style
 from ..report.keys import words_of
 from ..report.page_elements import Image
-from .choices import along_of
+from .choices import choice_key
 from .paired import FEWEST_SEEDS, means, significant_difference
 from .trade_table import SHOWN
 from .vary import CIRCUMSTANCES, chosen_key
@@ -344,7 +344,7 @@ def trade_images(table: xr.Dataset, figure: bytes) -> list[Image]:
         *made,
         Image.of("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
         Image.of("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
-        Image.of(larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
+        Image.of(larger_radius(choice_key(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
     ]
 
 

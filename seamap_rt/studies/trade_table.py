@@ -17,7 +17,7 @@ from ..physics.shadowing import SEEN_DB
 from ..report.keys import words_of
 from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
 from .choices import headline, recommendations
-from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
+from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, value_with_band
 from .point import Outcome
 from .vary import Vary, labels
 
@@ -253,7 +253,7 @@ def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
             value = float(found[name].isel(here))
             known, band = np.isfinite(value), bands[name].isel(here) if name in bands else None
             ends = (float(band["low"]), float(band["high"])) if band is not None else ()
-            text = with_band(value, *ends) if ends and known else written(value, decimals)
+            text = value_with_band(value, *ends) if ends and known else written(value, decimals)
             cells.append(Cell(text, value if known else None))
         result.append(cells)
     return result

@@ -208,7 +208,7 @@ class Window:
         """(bin,) rungs from the bin to the end of the mesh."""
         return np.floor((self.grid.ground_range[-1] - self.edges[1:]) / self.rung_m).astype(np.int64)
 
-    def nothing(self) -> Tally:
+    def empty_tally(self) -> Tally:
         """The tally of a mast that sees no sea, its areas empty: all shares are NaN."""
         groups, bins = len(self.looks.members), self.edges.size - 1
         empty, radar = np.zeros((groups, bins)), np.zeros((len(POLARIZATIONS), len(LEVELS_DB), groups, bins))
@@ -221,7 +221,7 @@ def shadowing_dataset(
 ) -> xr.Dataset:
     """The study's dataset: each variable by sector and, with the prefix `look_`, by look; units as attributes."""
     looks, waves = window.looks, main_waves(scene)
-    each = [_of_mast(scene, mast, window, seeds) for mast in result]
+    each = [_mast_dataset(scene, mast, window, seeds) for mast in result]
     whole = xr.concat(each, "height", data_vars="all", coords="minimal")
     sectors = whole.isel(group=slice(0, looks.sectors)).rename(group="azimuth")
     pooled = whole.isel(group=slice(looks.sectors, None)).rename(group="look")
@@ -264,9 +264,9 @@ def shadowing_dataset(
 
 
 @np.errstate(invalid="ignore", divide="ignore")
-def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dataset:
+def _mast_dataset(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dataset:
     """One height's shares, half ranges, biases and runs, over (group, range)."""
-    tallies = [window.nothing()] * seeds if mast.reason else mast.tallies
+    tallies = [window.empty_tally()] * seeds if mast.reason else mast.tallies
     middle, looks, both, radar = window.middle, window.looks, ("group", "range"), ("polarization", "level")
     share = np.stack([each.lit / each.area for each in tallies])
     answering = np.stack([each.answering / each.area for each in tallies])

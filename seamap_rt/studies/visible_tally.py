@@ -173,7 +173,7 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         trace = tracer(tracer_name, scene.radar, scene.scattering)
         submerged = submerged_lines(surface, sea)
         drowned = (submerged[1:] | submerged[:-1])[:, None]  # an antenna that the sea covers later sees nothing then
-        facets = trace(surface.levelled).on(surface.facets).without(drowned)
+        facets = trace(surface.levelled).with_facets(surface.facets).without(drowned)
         water = permittivity_of(scene.scattering, scene.radar.frequency_hz)
         two_way = [np.where(drowned, 0.0, each) for each in water_powers(surface, water, scene.wavelength_m)]
         yield Light(facets, two_way, float(grid.pose.positions[..., 2].mean(axis=0).min()))

@@ -70,10 +70,10 @@ def tracer(
         trace = PathsTracer(radar)
     else:
         raise ValueError(f"tracer '{name}': must be facets, horizon or paths")
-    return trace if diffraction == "none" else _over_edges(trace, radar_wavelength(radar.frequency_hz))
+    return trace if diffraction == "none" else _add_diffraction(trace, radar_wavelength(radar.frequency_hz))
 
 
-def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:
+def _add_diffraction(trace: Tracer, wavelength_m: float) -> Tracer:
     from .diffraction import diffract  # numba takes half a second to import: only where it is used
 
     return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)

@@ -63,7 +63,7 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
             for antenna in range(positions.shape[1]):
                 antenna_at = np.ascontiguousarray(positions[columns, antenna, ::2])
                 station = antenna_at, 4.0 / wavelength_m, 1.0 / len(field)
-                _over_edges(distance, surface, first, station, table, field[antenna, columns], ray_slope[columns])
+                _fill_edge_field(distance, surface, first, station, table, field[antenna, columns], ray_slope[columns])
 
     with pool() as workers:
         list(workers.map(work, range(0, light.grid.columns, _COLUMNS)))
@@ -90,7 +90,7 @@ def field_over_profiles(
         rows = slice(start, start + _COLUMNS)
         station = antenna[rows], 4.0 / wavelength_m, 1.0
         for first in (0, 1):
-            _over_edges(distance_m, height_m[rows], first, station, table, field[rows], ray_slope[rows])
+            _fill_edge_field(distance_m, height_m[rows], first, station, table, field[rows], ray_slope[rows])
 
     with pool() as workers:
         list(workers.map(work, range(0, shape[0], _COLUMNS)))
@@ -116,7 +116,7 @@ def _fresnel_table() -> NDArray[np.complex128]:
 
 
 @compiled_strict
-def _over_edges(distance, surface, first, station, table, field, ray_slope):
+def _fill_edge_field(distance, surface, first, station, table, field, ray_slope):
     """Fill field (column, facet) with F of the facets first, first + 2 …, and add this antenna's share of their rays'
     slope to ray_slope.
 
@@ -139,7 +139,7 @@ def _over_edges(distance, surface, first, station, table, field, ray_slope):
             if tangent[n] >= highest:
                 highest = tangent[n]
                 if tangent[n + 1] < highest:
-                    coming[count] = _up_to(edges, count, reach[n], rise[n], per_wavelength, table)
+                    coming[count] = _dominant_field(edges, count, reach[n], rise[n], per_wavelength, table)
                     edges[0, count], edges[1, count], edges[2, count] = reach[n], rise[n], highest
                     count += 1
             if n % 2 != first:
@@ -154,18 +154,18 @@ def _over_edges(distance, surface, first, station, table, field, ray_slope):
                 falls = (edges[1, last] - z) / (x - edges[0, last])
                 ray_slope[column, n] += share * falls
                 if rise[n + 1] - rise[n] > (_ALONG - falls) * (reach[n + 1] - reach[n]):  # else it leans away
-                    field[column, n] = coming[last] * _past(edges, last, x, z, per_wavelength, table)
+                    field[column, n] = coming[last] * _fresnel_factor(edges, last, x, z, per_wavelength, table)
                 continue
             ray_slope[column, n] += share * straight
             over = edges[0, last] if last > 0 else x
-            before = _up_to(edges, last, over, over * z / x, per_wavelength, table)
-            field[column, n] = before * _past(edges, last, x, z, per_wavelength, table)
+            before = _dominant_field(edges, last, over, over * z / x, per_wavelength, table)
+            field[column, n] = before * _fresnel_factor(edges, last, x, z, per_wavelength, table)
 
 
 @compiled_strict
-def _up_to(edges, count, x, z, per_wavelength, table):
+def _dominant_field(edges, count, x, z, per_wavelength, table):
     """The field at (x, z), or on the path over it, after the dominating one of the first `count` edges."""
-    return _past(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
+    return _fresnel_factor(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
 
 
 @compiled_strict
@@ -183,7 +183,7 @@ def _dominant(edges, count, x, slope):
 
 
 @compiled_strict
-def _past(edges, number, x, z, per_wavelength, table):
+def _fresnel_factor(edges, number, x, z, per_wavelength, table):
     """F(v) of one edge for the ray to (x, z), F(−v) being 1 − F(v); 1 for the edge −1, which is none."""
     if number < 0:
         return 1.0 + 0.0j

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from ..compute.compiled import compiled, compiled_step
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..mesh import SurfaceMesh
 from ..mesh.grid import PolarGrid
 from .shadow_rays import ShadowRays
@@ -74,11 +74,11 @@ def _fill_slice(
     least, most = (each(antennas, reach.around, axis=0) for each in (minimum_filter1d, maximum_filter1d))
     lowest = np.empty((antennas.shape[1], antennas.shape[0], ranges.size), dtype=np.float32)
     ends = rays.front[:, own], rays.rise[:, own], mesh.facets.distance, antennas
-    in_blocks(lambda *block: _fill_lowest(*block, *ends, wedge, margin, lowest), antennas.shape[0])
+    run_blocks(lambda *block: _fill_lowest(*block, *ends, wedge, margin, lowest), antennas.shape[0])
     height = mesh.elevation[lines] - grid.pose.origin[lines, 2:]
     sheet = _Sheet(ranges, height, rays.facing[own], rays.facing_away[own], lowest)
     passing = _PassingRays(least, most, wedge, margin, reach.start, reach.straying)
-    in_blocks(lambda *block: _fill_hiding(*block, sheet, passing, hiding), antennas.shape[0])
+    run_blocks(lambda *block: _fill_hiding(*block, sheet, passing, hiding), antennas.shape[0])
 
 
 @compiled_step

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled_strict
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
 from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
@@ -28,7 +28,7 @@ def trace_horizon(mesh: SurfaceMesh) -> Illumination:
         for first, plane in enumerate(planes):
             _light(begin, end, first, mesh.elevation, plane, facets.distance, facets.height, along, above, lit)
 
-    in_blocks(work, grid.columns)
+    run_blocks(work, grid.columns)
     return Illumination.of(facets, lit)
 
 

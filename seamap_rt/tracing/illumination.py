@@ -116,7 +116,7 @@ class Illumination(Facets):
         own = {name: None if each is None else each[..., columns, :] for name, each in self.light.items()}
         return replace(super().part(columns), **own, rays=0 if columns.start else self.rays)
 
-    def on(self, facets: Facets) -> Illumination:
+    def with_facets(self, facets: Facets) -> Illumination:
         """The same light on facets of the same mesh with other heights and slopes."""
         return replace(self, **{each.name: getattr(facets, each.name) for each in fields(Facets)})
 

@@ -42,7 +42,7 @@ class Occluder:
         self.numbers = list(range(len(meshes)) if numbers is None else numbers)
         self.rays = 0
 
-    def alone(self, number: int) -> Occluder:
+    def single_object(self, number: int) -> Occluder:
         """The occluder of that object only; it shares its triangles."""
         one = Occluder([])
         one.bodies, one.numbers = [self.bodies[self.numbers.index(number)]], [number]
@@ -85,9 +85,9 @@ class _Body:
         all_chosen, clipped = [], []
         for first in range(0, len(ends), _AT_ONCE):
             start, end = starts[first : first + _AT_ONCE], ends[first : first + _AT_ONCE]
-            near = self._near(start, end)
+            near = self._near_segments(start, end)
             if near.size:
-                inside, part = self._within(start[near], end[near], stop_short_m)
+                inside, part = self._clip_to_sphere(start[near], end[near], stop_short_m)
                 all_chosen.append(first + near[inside])
                 clipped.append(part)
         if not clipped:
@@ -96,7 +96,7 @@ class _Body:
         origin, direction, length = (np.concatenate(pieces) for pieces in zip(*clipped, strict=True))
         return np.concatenate(all_chosen), (origin, direction, length)
 
-    def _near(self, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.intp]:
+    def _near_segments(self, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.intp]:
         """Which segments, seen from above, meet the circle around the object."""
         x, y = self.centre[0] - start[:, 0], self.centre[1] - start[:, 1]
         with np.errstate(invalid="ignore"):
@@ -106,7 +106,7 @@ class _Body:
         reach = self.girth * np.sqrt(square)
         return np.flatnonzero((np.abs(across) <= reach) & (along >= -reach) & (along <= square + reach))
 
-    def _within(
+    def _clip_to_sphere(
         self, start: NDArray[np.float64], end: NDArray[np.float64], stop_short_m: float
     ) -> tuple[NDArray[np.intp], Rays]:
         """Which segments pass through the bounding sphere, and the part of each that lies in it."""
@@ -144,7 +144,7 @@ class _Body:
     def encloses(self, point: NDArray[np.float64]) -> bool:
         if not ((point >= self.bounds[0]) & (point <= self.bounds[1])).all():
             return False
-        ends = point + 3.0 * self.radius * _all_directions()
+        ends = point + 3.0 * self.radius * _even_directions()
         chosen, rays = self.rays(np.broadcast_to(point, ends.shape), ends, 0.0)
         return bool(chosen.size and np.count_nonzero(self.hit(rays)) >= _ENCLOSED * _DIRECTIONS)
 
@@ -185,7 +185,7 @@ def to_boat(points: ArrayLike, origin: ArrayLike, boat_axes: ArrayLike) -> NDArr
     return np.einsum("...i,...ji->...j", away, np.asarray(boat_axes))
 
 
-def _all_directions() -> NDArray[np.float64]:
+def _even_directions() -> NDArray[np.float64]:
     """(_DIRECTIONS, 3) unit vectors, evenly spread by the golden angle."""
     up = 1.0 - (2.0 * np.arange(_DIRECTIONS) + 1.0) / _DIRECTIONS
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_DIRECTIONS)

@@ -46,7 +46,7 @@ class PathsTracer:
         """The mesh's facets, lit geometrically. ValueError where that would take hours."""
         facets, grid = mesh.facets, mesh.grid
         starts = antennas_east_north_up(grid)
-        calls = [list(_together(sheet, starts[:, a])) for sheet in mesh.sheets() for a in range(starts.shape[1])]
+        calls = [list(_group_columns(sheet, starts[:, a])) for sheet in mesh.sheets() for a in range(starts.shape[1])]
         _refuse_hours(sum(map(len, calls)), facets.height.size * starts.shape[1])
         facing = np.stack([_faces(facets, grid.antenna_positions[:, antenna]) for antenna in range(starts.shape[1])])
         lit = np.zeros_like(facing)
@@ -55,9 +55,9 @@ class PathsTracer:
         for sheet in mesh.sheets():
             sight = LineOfSight(mesh, sheet, self._frequency_hz)
             for antenna in range(starts.shape[1]):
-                for columns in _together(sheet, starts[:, antenna]):
+                for columns in _group_columns(sheet, starts[:, antenna]):
                     start = starts[columns[0], antenna]
-                    lit[antenna, columns] = sight.sees(start, _before(points[columns], start, spacing))
+                    lit[antenna, columns] = sight.sees(start, _move_towards(points[columns], start, spacing))
         # From under water PathSolver sees facets from behind.
         return Illumination.of(facets, lit & facing, lit.size)
 
@@ -126,7 +126,7 @@ def _points(facets: Facets) -> Array:
     return np.stack([east * facets.distance, north * facets.distance, facets.rise], axis=-1)
 
 
-def _before(points: Array, start: Array, spacing: Array) -> Array:
+def _move_towards(points: Array, start: Array, spacing: Array) -> Array:
     """Those points moved _BEFORE × spacing (facet,) of ground towards the start."""
     back = start - points
     level = np.maximum(np.hypot(back[..., 0], back[..., 1]), spacing)
@@ -141,7 +141,7 @@ def _faces(facets: Facets, positions: Array) -> NDArray[np.bool_]:
     return (reach > 0.0) & (slope * reach - (facets.rise - above) > 0.0)
 
 
-def _together(sheet: tuple[slice, ...], starts: Array) -> Iterator[NDArray[np.int64]]:
+def _group_columns(sheet: tuple[slice, ...], starts: Array) -> Iterator[NDArray[np.int64]]:
     """Numbers of those columns of a sheet that one antenna, starts (column, 3), sees from the same position."""
     columns = np.concatenate([np.arange(each.start, each.stop) for each in sheet])
     _, group = np.unique(np.round(starts[columns], _SAME_POSITION), axis=0, return_inverse=True)

@@ -53,7 +53,7 @@ class RayTracer:
         lit = np.zeros((mesh.grid.antenna_positions.shape[1], *facets.height.shape), dtype=bool)
         traced = 0
         for rays, scene in self._sheets(mesh):
-            lit[:, rays.columns] = rays.lit(scene.hits(rays))
+            lit[:, rays.columns] = rays.lit_facets(scene.hits(rays))
             traced += rays.number.size
         return Illumination.of(facets, lit, traced)
 

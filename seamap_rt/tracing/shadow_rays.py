@@ -90,7 +90,7 @@ class ShadowRays:
             wavelengths=[],
         )
 
-    def lit(self, hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def lit_facets(self, hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(antenna, n, facet) light, from what the rays (ray,) hit."""
         lit = np.zeros(self.front.shape, dtype=bool)
         _light_up(self.number, hit, lit.reshape(-1))
@@ -127,12 +127,12 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
         number[:rays],
         starts.swapaxes(0, 1).reshape(-1, 3).astype(np.float32),
         np.tile(look.astype(np.float32), (shape[0], 1)),
-        np.stack((*(facets.distance * part for part in bearing), _short(facets, grid))).astype(np.float32),
+        np.stack((*(facets.distance * part for part in bearing), _stop_distances(facets, grid))).astype(np.float32),
         rise,
     )
 
 
-def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
+def _stop_distances(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
     """(facet,) m, how far before a facet's point its rays stop: its plane enters a near facet at the rung, a far one at
     the diagonal."""
     near, far = Plane.of(grid, NEAR_FRACTION).rung_distance, Plane.of(grid, FAR_FRACTION).diagonal_distance

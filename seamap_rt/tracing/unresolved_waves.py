@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import radar_wavenumber
 from ..physics.shadowing import facing_share_smith67, shadow_kept, shadowing_smith67
 from ..scattering import ShortWaves
@@ -99,7 +99,7 @@ class UnresolvedWaves:
             per_slope,
             _table(self.kept),
         )
-        in_blocks(lambda *block: _fill(*block, *given, whole, facing), grid.columns)
+        run_blocks(lambda *block: _fill(*block, *given, whole, facing), grid.columns)
         return replace(light, in_sight=whole, facing_in_sight=facing)
 
 

@@ -19,7 +19,7 @@ from ..sea import Sea
 from ..settings import RetrievalSettings
 
 
-def where_known(polar: xr.Dataset, sea: Sea, installation: Installation, retrieval: RetrievalSettings) -> xr.Dataset:
+def mask_unknown(polar: xr.Dataset, sea: Sea, installation: Installation, retrieval: RetrievalSettings) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, all but `time` NaN in cells that reach where the sea is not known.
 
     Cells as they lie on the ground at mean level, by their corners and the middles of their near and far sides.
@@ -36,7 +36,7 @@ def where_known(polar: xr.Dataset, sea: Sea, installation: Installation, retriev
         2, *azimuth.shape, 1, 1
     )  # (east north, look, place across, 1, 1)
     east, north = origin[:, :2].T[..., None, None, None] + toward * ground
-    known = np.all(sea.known(east, north), axis=(1, 3), keepdims=True)[:, 0, :, 0]
+    known = np.all(sea.is_known(east, north), axis=(1, 3), keepdims=True)[:, 0, :, 0]
     return polar.assign({name: each.where(known[None]) for name, each in polar.data_vars.items() if name != "time"})
 
 
@@ -59,7 +59,7 @@ def ground_truth(sea: Sea, installation: Installation, retrieval: RetrievalSetti
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
     if sea.patch is not None:
         half = 0.5 * retrieval.ground_m * signs
-        inside &= sea.known(x[..., None] + half[:, 0], y[..., None] + half[:, 1]).all(axis=-1)
+        inside &= sea.is_known(x[..., None] + half[:, 0], y[..., None] + half[:, 1]).all(axis=-1)
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
     height, slopes = (values.mean(axis=1) for values in sea.elevation_and_slopes(*corners))
 

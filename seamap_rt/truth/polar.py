@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..compute.machine import in_blocks
+from ..compute.machine import run_blocks
 from ..conventions import db
 from ..dataset import build
 from ..echoes.radar_cross_section import two_way_power
@@ -106,7 +106,7 @@ def _column_cells(
     cells, weighted = np.empty((*shape, QUANTITIES)), np.empty((*shape, 2))
     for columns in facets.grid.parts:
         given = _surface(facets, rcs, columns, apart), *bands, cells[columns], weighted[columns]
-        in_blocks(lambda *block, given=given: fill_cells(*block, *given), columns.stop - columns.start)
+        run_blocks(lambda *block, given=given: fill_cells(*block, *given), columns.stop - columns.start)
     return cells, weighted
 
 
@@ -121,7 +121,7 @@ def _surface(facets: Illumination, rcs: NDArray[np.float32], columns: slice, apa
         height=_mean_heights(facets, columns),
         slope_look=np.ascontiguousarray(part.slope_look),
         slope_cross=np.ascontiguousarray(part.slope_cross),
-        lit=_seen(part),
+        lit=_visible_share(part),
         arriving=np.ascontiguousarray(two_way_power(part)),
         rcs=np.ascontiguousarray(rcs[columns]),
     )
@@ -156,7 +156,7 @@ def _beam(
     return dwell_power(installation.array, sweeps[:, None] - facets.grid.column_sweep, width)
 
 
-def _seen(facets: Illumination) -> NDArray[np.float32]:
+def _visible_share(facets: Illumination) -> NDArray[np.float32]:
     """Share (column, facet) of a facet's water that both antennas see."""
     lit = facets.visible_to_both.astype(np.float32, order="C")
     return lit if facets.in_sight is None else lit * facets.in_sight
@@ -166,7 +166,7 @@ def _added(weight: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray
     """(look, gate, quantity) sums of columns (column, gate, quantity) by weight (look, column)."""
     out = np.empty((weight.shape[0], *columns.shape[1:]))
     rows, flat = out.reshape(len(out), -1), columns.reshape(len(columns), -1)
-    in_blocks(lambda *block: add_columns(*block, weight, flat, rows), len(out))
+    run_blocks(lambda *block: add_columns(*block, weight, flat, rows), len(out))
     return out
 
 
@@ -182,7 +182,7 @@ def _mean_heights(facets: Facets, columns: slice) -> NDArray[np.float64]:
     slopes = (np.ascontiguousarray(each) for each in (facets.slope_look, facets.slope_cross))
     given, first = (*slopes, step, width, np.ascontiguousarray(facets.height)), columns.start
     mean = np.empty((columns.stop - first, facets.distance.size))
-    in_blocks(lambda begin, end: fill_mean_heights(first + begin, first + end, *given, mean[begin:end]), len(mean))
+    run_blocks(lambda begin, end: fill_mean_heights(first + begin, first + end, *given, mean[begin:end]), len(mean))
     return mean
 
 

@@ -100,7 +100,7 @@ class _Scan:
         east, north = wavevectors(side, (rows, columns))
         k = np.hypot(east, north)
         moving = np.maximum(k, 1e-12)
-        forth = travel.forth(east, north)
+        forth = travel.travel_sign(east, north)
         omega = forth * water.frequency(k) + water.doppler_shift(east, north)
         # Chebyshev's moments: each beyond half the swing of the fastest wave more than halves the error.
         nodes = _chebyshev_nodes(int(np.ceil(half * np.abs(omega).max())) + 4 if half > 0.0 else 1)

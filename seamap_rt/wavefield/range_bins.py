@@ -136,7 +136,7 @@ class RangeBins:
         middles = self.middle[chosen]
         return float(middles.min()) - 0.5 * BIN_M, float(middles.max()) + 0.5 * BIN_M
 
-    def within(self, chosen: NDArray[np.bool_], distance: Field) -> NDArray[np.bool_]:
+    def covers(self, chosen: NDArray[np.bool_], distance: Field) -> NDArray[np.bool_]:
         """Which distances [m] lie between those edges."""
         first, last = self.edges(chosen)
         return (distance > first) & (distance < last)

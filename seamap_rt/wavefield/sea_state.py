@@ -143,13 +143,13 @@ class TurnSpectrum:
         bins = RangeBins.of(polar_map)
         if bins is None or not bins.used.any():
             return None
-        inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+        inside = polar_map.known & bins.covers(bins.glimpsed, polar_map.distance)
         direction = _travel(polar, polar_map, inside)
         spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), direction, water)
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
         overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
         spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-        kept = _kept(spectrum, overall, resolution, bins.middle)
+        kept = _kept_variance_share(spectrum, overall, resolution, bins.middle)
         return cls(spectrum, direction, polar_map, bins, overall, kept, water, inside)
 
     @property
@@ -158,12 +158,12 @@ class TurnSpectrum:
         return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
 
     @property
-    def seen(self) -> float:
+    def visible_share(self) -> float:
         """Share of the sea in sight, over the range used."""
         return float(self.bins.weight(self.bins.used) @ self.bins.seen)
 
     @property
-    def shown(self) -> bool:
+    def has_waves(self) -> bool:
         """Whether the waves stand out of the heights' errors."""
         weight = self.bins.weight(self.bins.used)
         # Heights that are a conditional mean hold nothing of a sea that noise hides.
@@ -183,7 +183,7 @@ class TurnSpectrum:
     @cached_property
     def heights_used(self) -> Heights:
         """Of the cells that the waves' height is taken from."""
-        return self._heights(self.polar_map.known & self.bins.within(self.bins.used, self.polar_map.distance))
+        return self._heights(self.polar_map.known & self.bins.covers(self.bins.used, self.polar_map.distance))
 
     @cached_property
     def periodogram(self) -> Periodogram:
@@ -232,7 +232,7 @@ def systems_of(turns: Sequence[TurnSpectrum], water: Water, before: WaveSystems 
         return None
     chosen = [turns[-n] for n in _BACK if n <= len(turns)]
     periodogram = mean_periodogram([each.periodogram for each in turns[-_AVERAGED:]])
-    seen = float(np.mean([each.seen for each in chosen]))
+    seen = float(np.mean([each.visible_share for each in chosen]))
     return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before, seen)
 
 
@@ -258,7 +258,7 @@ class SeaStateRecord:
         now = float(turn.polar_map.time.max())
         self._turns = [each for each in self._turns if now - each[0].polar_map.time.max() < _MEMORY_S]
         self._turns.append((turn, found))
-        shown = [each for each, _ in self._turns if each.shown]
+        shown = [each for each, _ in self._turns if each.has_waves]
         if not shown:
             return values | found
         due = self._count == self._last or len(shown) & (len(shown) - 1) == 0
@@ -309,7 +309,7 @@ def height_of_samples(samples: float) -> tuple[float, float]:
 def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
     """The waves' height and what it was found by. keep: share of the waves' variance that each ring's cells hold."""
     weight, (first, last) = bins.weight(bins.used), bins.edges(bins.used)
-    count = int(np.count_nonzero(polar_map.known & bins.within(bins.used, polar_map.distance)))
+    count = int(np.count_nonzero(polar_map.known & bins.covers(bins.used, polar_map.distance)))
     signal, noise, transfer, seen = (float(weight @ each) for each in (bins.waves, bins.noise, keep, bins.seen))
     variance = max(float(weight @ (bins.waves / keep)), 0.0)
     errors = (
@@ -348,7 +348,7 @@ def _travel(polar: xr.Dataset, polar_map: PolarMap, inside: NDArray[np.bool_]) -
     return travel(polar_map.height, np.sqrt(polar_map.noise), velocity, polar_map.azimuth, polar_map.distance, _SIDE_M)
 
 
-def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distance: Field) -> Field:
+def _kept_variance_share(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distance: Field) -> Field:
     """Share of the waves' variance that the cells of each distance [m] keep; 1 where no waves are found.
 
     Waves are as found where the map as a whole keeps enough (`overall`, (ring,)), but beyond the peak no less than a
@@ -380,7 +380,7 @@ def in_words(state: xr.Dataset) -> str:
         known = values[np.isfinite(values)]
         return float(known[-1]) if known.size else np.nan
 
-    def with_error(name: str, decimals: int, unit: str) -> str:
+    def value_with_error(name: str, decimals: int, unit: str) -> str:
         value, error = last(name), last(f"{name}_std")
         if np.isfinite(error) and unit == "°":
             return f"{value:.0f}° ± {max(error, 1.0):.0f}°"
@@ -395,15 +395,15 @@ def in_words(state: xr.Dataset) -> str:
     if np.isfinite(state["significant_wave_height"].values[-1]) or not np.isfinite(
         last("significant_wave_height_least")
     ):
-        text = f"Hs {with_error('significant_wave_height', 2, 'm')}"
+        text = f"Hs {value_with_error('significant_wave_height', 2, 'm')}"
     else:
         least = written(last("significant_wave_height_least"), 2)
         text = f"Hs at least {least} m (the waves are too long for the sea in sight: more turns, or a higher mast)"
     period = last("peak_period")
     if np.isfinite(period):
-        text += f", Tp {with_error('peak_period', 1, 's')}{_assumed(state, period)}"
+        text += f", Tp {value_with_error('peak_period', 1, 's')}{_assumed(state, period)}"
     if np.isfinite(last("mean_direction")):
-        text += f", from {with_error('mean_direction', 0, '°')}, spread {last('directional_spread'):.0f}°"
+        text += f", from {value_with_error('mean_direction', 0, '°')}, spread {last('directional_spread'):.0f}°"
     elif np.isfinite(axis := last("mean_axis")):
         text += f", from {axis:.0f}° or {axis + 180.0:.0f}°"
     return text

@@ -76,7 +76,7 @@ def find_systems(
         if found is not None and more.likelihood < found.likelihood + SYSTEM_WORTH:
             break
         found = more
-    return posterior.with_errors(found)
+    return posterior.add_errors(found)
 
 
 class _Posterior:
@@ -147,18 +147,18 @@ class _Posterior:
             values, self._tried, np.asarray(given_way, np.float64), slope, bend, self._velocity_penalties(self._tried)
         )
 
-    def with_errors(self, found: WaveSystems) -> WaveSystems:
-        """With what the maximum and its curvature do not tell: frequencies of long waves by their whole likelihood, and
+    def add_errors(self, found: WaveSystems) -> WaveSystems:
+        """Adds what the maximum and its curvature do not state: frequencies of long waves by the whole likelihood, and
         the alternatives."""
         if len(found.systems) < _MOST:
             found = replace(found, alternatives=self._alternatives(found))
         for n, system in enumerate(found.systems):
             if self.water.wavenumber(2.0 * np.pi * system.frequency) < self.long.split:
-                found = self._with_frequency_error(found, n)
+                found = self._add_frequency_error(found, n)
         return found
 
-    def _with_frequency_error(self, found: WaveSystems, n: int) -> WaveSystems:
-        """With the mean square error of the logarithm of a system's frequency over its profile likelihood, which falls
+    def _add_frequency_error(self, found: WaveSystems, n: int) -> WaveSystems:
+        """Adds the mean square error of the logarithm of a system's frequency over its profile likelihood, which falls
         off more slowly towards waves longer than the circle."""
         values, at = _values(found), SYSTEM_VALUES * n + 1
         count = found.covariance.shape[0]
@@ -241,7 +241,7 @@ class _Posterior:
         tells."""
         frequency, toward = np.array([(each.frequency, each.toward) for each in systems]).T
         k = self.water.wavenumber(2.0 * np.pi * frequency)
-        return 0.5 * _VELOCITY_WEIGHT * (1.0 - self.direction.forth(k * np.sin(toward), k * np.cos(toward)))
+        return 0.5 * _VELOCITY_WEIGHT * (1.0 - self.direction.travel_sign(k * np.sin(toward), k * np.cos(toward)))
 
     def _evaluate(
         self, values: NDArray[Any], value_alone: bool = False, further: Sequence[WaveSystem] = ()

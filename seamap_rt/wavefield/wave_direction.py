@@ -36,7 +36,7 @@ class Travel:
     north: NDArray[np.float64]
 
     @classmethod
-    def of_one(cls, wave_from_deg: float) -> Travel:
+    def from_direction(cls, wave_from_deg: float) -> Travel:
         """All waves run from one direction [deg clockwise from north]. Raises ValueError if it is not finite."""
         if not np.isfinite(wave_from_deg):
             raise ValueError(f"wave_from_deg = {wave_from_deg:g}: must be finite; give an azimuth in degrees")
@@ -49,7 +49,7 @@ class Travel:
         east, north = float(self.east.sum()), float(self.north.sum())
         return float(np.degrees(np.arctan2(-east, -north)) % 360.0) if np.hypot(east, north) > 0.0 else float("nan")
 
-    def forth(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
+    def travel_sign(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
         """1 where waves run along the wavevector (kx east, ky north; rad/m), −1 where against it, 0 where unknown."""
         log_wavenumber = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
         bands = np.log(self.wavenumber)
@@ -93,10 +93,10 @@ def travel(
     )
     seen = np.linalg.pinv((weight * looks) @ looks.T / weight.sum(), rcond=_UNSEEN, hermitian=True)
     cross = np.array([np.real(heights.conj() * each) for each in (east, north)])
-    return _by_bands(np.tensordot(seen, cross, axes=1), side, size)
+    return _sum_bands(np.tensordot(seen, cross, axes=1), side, size)
 
 
-def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, direction: Travel) -> Travel:
+def map_travel(height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, direction: Travel) -> Travel:
     """Which way the waves of a ground map run, each counted by its energy: `wave_from_deg` is the mean direction.
 
     height, height_std [m] are (y, x), rows to the north, on squares of `side` [m], NaN where unknown. Of the two ways
@@ -116,8 +116,8 @@ def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side
     kx, ky = wavevectors(side, (size, size))
     k = np.maximum(np.hypot(kx, ky), 1e-12)
     for _ in range(_PASSES):
-        forth = direction.forth(kx, ky) * energy / k
-        direction = _by_bands(np.array([forth * kx, forth * ky]), side, size)
+        forth = direction.travel_sign(kx, ky) * energy / k
+        direction = _sum_bands(np.array([forth * kx, forth * ky]), side, size)
     return direction
 
 
@@ -132,7 +132,7 @@ def _drift(
     return ((inverse @ (terms @ (weight * velocity))) / scale)[:2]
 
 
-def _by_bands(vectors: NDArray[np.float64], side: float, size: int) -> Travel:
+def _sum_bands(vectors: NDArray[np.float64], side: float, size: int) -> Travel:
     """Sums over bands of the vectors (2, row, column) of a half spectrum, each band with a half of its neighbours."""
     k = np.hypot(*wavevectors(side, (size, size)))
     first = 2.0 * np.pi / (side * size)
@@ -159,4 +159,4 @@ def _variance(height: NDArray[np.float64]) -> float:
     return max(float(np.median(np.abs(height - np.median(height))) / 0.6745) ** 2, 1e-12)
 
 
-__all__ = ["Travel", "by_energy", "travel", "wavevectors"]
+__all__ = ["Travel", "map_travel", "travel", "wavevectors"]

@@ -155,7 +155,7 @@ def wave_spectrum(seen: Transforms, direction: Travel, water: Water = DEEP_WATER
     unknown way are taken as if they only drifted with the current, and given as running eastward.
     """
     wavenumber, azimuth = np.hypot(seen.kx, seen.ky), np.arctan2(seen.kx, seen.ky)
-    forth = direction.forth(seen.kx, seen.ky)
+    forth = direction.travel_sign(seen.kx, seen.ky)
     turning = (water.frequency(wavenumber) * forth + water.doppler_shift(seen.kx, seen.ky)).astype(np.float32)
     amplitude = np.zeros_like(seen.values[0])
     for time, part in zip(seen.time.astype(np.float32), seen.values, strict=True):

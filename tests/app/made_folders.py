@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from seamap_rt.dataset import build
-from seamap_rt.forecast_errors import came
+from seamap_rt.forecast_errors import true_elevation
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import load_scene
@@ -33,7 +33,7 @@ def forecasts(quiet: bool = False) -> xr.Dataset:
         attributes |= {"limit_elevation": 0.3, "duration_s": 2.0, "confidence": 0.9}
     places = {"east": np.zeros((issue.size, 1)), "north": np.zeros((issue.size, 1))}
     made = build("prediction", values, {"issue": issue, "lead": lead, "place": [0], **places}, attributes)
-    made["elevation"] = made["elevation"] + came(run_sea(scene), made) + OFFSET_M
+    made["elevation"] = made["elevation"] + true_elevation(run_sea(scene), made) + OFFSET_M
     return made
 
 

@@ -12,7 +12,7 @@ from made_folders import maps_tree
 
 from seamap_rt import metrics
 from seamap_rt.app.folders import Roots, find_runs, kind_of, products_of
-from seamap_rt.app.panels import Section, by_range
+from seamap_rt.app.panels import Section, errors_by_range
 from seamap_rt.app.sea_view import sea_surface
 from seamap_rt.app.source import MAP_VIEWS, Results, Source
 from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
@@ -68,7 +68,7 @@ def test_a_retrieval_shows_what_it_has_and_no_error(tmp_path: Path) -> None:
     assert titles["echo"] == ["Echo power", "Interferometric phase", "Coherence"]
     assert source.height_m == pytest.approx(6.0)  # by its own ranges: no scene says it
     assert np.isnan(Section.of(source, 270.0, 0).true).all()
-    told = by_range(source, 0)
+    told = errors_by_range(source, 0)
     assert np.isnan(told.rms).all()
     assert np.nanmedian(told.stated) == pytest.approx(0.1)
 
@@ -84,7 +84,7 @@ def test_a_simulation_shows_the_true_sea_alone(tmp_path: Path) -> None:
     section = Section.of(source, 270.0, 0)
     assert np.isnan(section.retrieved).all()
     np.testing.assert_allclose(section.true, -0.01 * np.sqrt(source.layout.range**2 - 36.0), rtol=1e-3)
-    told = by_range(source, 0)
+    told = errors_by_range(source, 0)
     assert np.isnan(told.rms).all()
     assert (told.visible[1], told.visible[7]) == (1.0, 0.0)
     x, _, height, lit, _ = sea_surface(source, 0, retrieved=True)
@@ -100,7 +100,7 @@ def test_a_run_has_both_and_their_difference(tmp_path: Path) -> None:
         "Retrieved height",
         "Error",
     ]
-    assert np.nanmax(by_range(source, 0).rms) == pytest.approx(0.1, rel=1e-4)
+    assert np.nanmax(errors_by_range(source, 0).rms) == pytest.approx(0.1, rel=1e-4)
 
 
 def test_cells_flagged_as_ambiguous_count_in_no_error(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_cells_flagged_as_ambiguous_count_in_no_error(tmp_path: Path) -> None:
     maps["polar"] = xr.DataTree(polar)
     maps.to_netcdf(tmp_path / "maps.nc", engine="h5netcdf")
     source = _source(tmp_path, "truth")
-    assert np.nanmax(by_range(source, 0).rms) == pytest.approx(0.1, rel=1e-4)
+    assert np.nanmax(errors_by_range(source, 0).rms) == pytest.approx(0.1, rel=1e-4)
     assert metrics.counted_cells(polar, maps_tree(False)["polar"].to_dataset()).sum() == 30 * np.sum(
         polar["ground_range"][0, 0] < 60.0
     )

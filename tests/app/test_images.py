@@ -19,7 +19,7 @@ from PIL import Image as Opened
 
 from seamap_rt.app.forecast_view import read_ahead
 from seamap_rt.app.page import draw_images
-from seamap_rt.app.panels import by_range, range_pictures, read_shadowing
+from seamap_rt.app.panels import errors_by_range, range_pictures, read_shadowing
 from seamap_rt.app.prospects import _graphs, prospects
 from seamap_rt.app.source import Results, Source
 from seamap_rt.app.verification import verify_folder
@@ -74,7 +74,7 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
     write_run(folder / "run")
     write_shadowing(folder / "study")
     source, came = Source(Results(folder / "run")), verify_folder(folder / "run")
-    told, ahead = by_range(source, 11), read_ahead(folder / "run", 11, QuietSettings())
+    told, ahead = errors_by_range(source, 11), read_ahead(folder / "run", 11, QuietSettings())
     assert ahead is not None
     errors, shares = range_pictures({"": told}, prospects(load_scene("tiny", {"turns": 1})))
     study = read_shadowing(folder / "study")
@@ -144,7 +144,7 @@ def _lines(axes: Axes) -> dict[str, np.ndarray]:
 def test_errors_and_shares_are_those_that_are_told(tmp_path: Path) -> None:
     write_run(tmp_path / "run", turns=1)
     source = Source(Results(tmp_path / "run"))
-    told, law = by_range(source, 0), prospects(load_scene("tiny", {"turns": 1}))
+    told, law = errors_by_range(source, 0), prospects(load_scene("tiny", {"turns": 1}))
     error, bias = _draw(range_pictures({"": told}, law)[0]).axes
     np.testing.assert_allclose(_lines(error)["rms"], told.rms)
     np.testing.assert_allclose(_lines(error)["noise of one dwell alone"], law.noise_error_m)

@@ -12,7 +12,7 @@ from made_folders import OFFSET_M, STATED_M, forecasts
 from seamap_rt.app.verification import Verification, Verifications, verify_folder
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
-from seamap_rt.report.forecast_figures import by_lead, verified_sea
+from seamap_rt.report.forecast_figures import errors_by_lead, verified_sea
 from seamap_rt.scene import load_scene
 
 
@@ -39,7 +39,7 @@ def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Verificat
     of the file's float32."""
     forecasts, truth, judged = found.verified.forecasts, found.verified.truth, warm(found.verified.forecasts)
     np.testing.assert_allclose(forecasts["elevation"].values - truth, OFFSET_M, atol=1e-6)
-    told = by_lead(found.verified)
+    told = errors_by_lead(found.verified)
     sigma = float(np.std(truth[judged]))
     np.testing.assert_allclose(told["found"], OFFSET_M / sigma, rtol=1e-4)
     np.testing.assert_allclose(told["stated"], STATED_M / sigma, rtol=1e-5)
@@ -76,8 +76,8 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Veri
 
 
 def test_what_is_asked_again_is_kept(folder: Path, found: Verification, asked: Verifications) -> None:
-    assert asyncio.run(asked.ask(folder)) is asked.known(folder) is found
-    assert Verifications().known(folder) is None
+    assert asyncio.run(asked.ask(folder)) is asked.find_finished(folder) is found
+    assert Verifications().find_finished(folder) is None
 
 
 def test_where_nobody_knows_what_came_a_line_says_so(tmp_path: Path) -> None:

@@ -271,5 +271,5 @@ def test_search_ends_at_the_unambiguous_range() -> None:
 
 
 def test_two_line_headings() -> None:
-    assert link._two_lines("SNR dB one pulse") == ("SNR one pulse", "dB")
-    assert link._two_lines("range") == ("range", "")
+    assert link._split_unit("SNR dB one pulse") == ("SNR one pulse", "dB")
+    assert link._split_unit("range") == ("range", "")

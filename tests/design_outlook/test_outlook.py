@@ -209,7 +209,7 @@ def test_what_the_pulse_takes_of_a_wave_a_filter_cannot_give_back() -> None:
     k = float(spectrum.wavenumber[np.argmax(spectrum.density[0].max(axis=1)), 0])
     density = float(spectrum.density[0].max())
     noise = np.array([density * np.exp(-0.5 * (k * radar.pulse) ** 2) ** 2])
-    left = spectrum.left(radar, 100.0, noise)[0, 0]
+    left = spectrum.wiener_error(radar, 100.0, noise)[0, 0]
     assert left == pytest.approx(0.5 * spectrum.variance[0].sum(), rel=1e-3)
 
 

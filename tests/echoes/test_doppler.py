@@ -104,7 +104,7 @@ def test_covariance_of_the_draws(tau: float, spread: float, approaching: float) 
     nodes, spacing, each = 30, 0.7e-3, 30_000
     breaking = np.repeat(np.array([0.0, 0.3, 1.0], dtype=np.float32), each)[None]
     motion = motion_of(approaching=approaching, breaking=breaking, speed=3.0, spread=spread)
-    series = series_of(MovingSpeckle.over(nodes, spacing, K, tau, motion, SEED), 0, 17, 3 * each)
+    series = series_of(MovingSpeckle.of(nodes, spacing, K, tau, motion, SEED), 0, 17, 3 * each)
     time = spacing * np.arange(nodes)
     lag = time[:, None] - time
     for kind, share in enumerate((0.0, 0.3, 1.0)):
@@ -120,7 +120,7 @@ def test_every_facet_has_unit_power_at_every_node() -> None:
     breaking = np.array([[0.0, 0.25, 1.0]], dtype=np.float32)
     for approaching in (0.0, 0.5, 0.9):
         motion = motion_of(approaching=approaching, breaking=breaking, speed=-2.0, spread=0.3)
-        speckle = MovingSpeckle.over(40, 0.8e-3, K, 10e-3, motion, SEED)
+        speckle = MovingSpeckle.of(40, 0.8e-3, K, 10e-3, motion, SEED)
         for rows in speckle.modes(slice(0, 1), np.zeros(1)):
             np.testing.assert_allclose(np.sum(np.abs(rows[0]) ** 2, axis=0), 1.0, atol=1e-6)  # float32
 
@@ -132,10 +132,10 @@ def test_a_column_keeps_its_numbers() -> None:
     breaking = rng.uniform(size=(9, 50)).astype(np.float32)
     whole = Motion(0.24, approaching, breaking, speed, 0.4)
     part = Motion(0.24, approaching[6:], breaking[6:], speed[6:], 0.4)
-    there = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, whole, SEED), 7, 123, 50)
-    here = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED), 1, 123, 50)
+    there = series_of(MovingSpeckle.of(20, 1e-3, K, 0.01, whole, SEED), 7, 123, 50)
+    here = series_of(MovingSpeckle.of(20, 1e-3, K, 0.01, part, SEED), 1, 123, 50)
     np.testing.assert_array_equal(there, here)
-    other = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED), 1, 124, 50)
+    other = series_of(MovingSpeckle.of(20, 1e-3, K, 0.01, part, SEED), 1, 124, 50)
     assert abs(np.vdot(here, other)) / (20 * 50) < 0.5  # some 5 × 50 samples in common by chance: 0.06
 
 
@@ -144,7 +144,7 @@ def test_bragg_waves_and_breakers_share_no_number() -> None:
     kinds = []
     for share in (0.0, 1.0):
         motion = motion_of(bragg=0.0, breaking=np.full((1, 20_000), share, dtype=np.float32))
-        kinds.append(series_of(MovingSpeckle.over(12, 1e-3, K, 0.01, motion, SEED), 0, 3, 20_000))
+        kinds.append(series_of(MovingSpeckle.of(12, 1e-3, K, 0.01, motion, SEED), 0, 3, 20_000))
     assert np.max(np.abs(kinds[0] @ kinds[1].conj().T)) / 20_000 < 5.0 / np.sqrt(20_000)
 
 

@@ -39,11 +39,11 @@ def test_what_is_heard_goes_on_by_its_law(left_out: float) -> None:
     """What is discarded is missing, and is given back node by node to modes that go on otherwise."""
     # Found: 0.3 to 5 times what is discarded; 10 times where Bragg waves all run one way, for modes are chosen of half
     # and half.
-    heard, tau = BeamWindow(left_out=left_out).through(BEAM), 0.01
+    heard, tau = BeamWindow(left_out=left_out).with_beam(BEAM), 0.01
     assert astray(speckle_basis(NODES, SPACING_S, tau, heard), np.exp(-((LAG / tau) ** 2))) < 6.0 * left_out
     for approaching in (0.0, 0.3, 1.0):
         motion = Motion(0.6, np.array([approaching]), np.ones((1, 1), np.float32), np.array([2.0]), 0.4)
-        moving = MovingSpeckle.over(NODES, SPACING_S, K, tau, motion, SEED, window=heard)
+        moving = MovingSpeckle.of(NODES, SPACING_S, K, tau, motion, SEED, window=heard)
         bragg, breakers = (kind[0] for kind in moving.modes(slice(0, 1), np.zeros(1)))
         turning = np.exp(2j * K * 0.6 * LAG)
         law = np.exp(-((LAG / tau) ** 2)) * (approaching * turning + (1.0 - approaching) * turning.conj())
@@ -53,7 +53,7 @@ def test_what_is_heard_goes_on_by_its_law(left_out: float) -> None:
 
 
 def test_a_beam_needs_fewer_modes_than_an_even_ear() -> None:
-    even, through = (len(speckle_basis(NODES, SPACING_S, 5e-3, each)) for each in (EVENLY, EVENLY.through(BEAM)))
+    even, through = (len(speckle_basis(NODES, SPACING_S, 5e-3, each)) for each in (EVENLY, EVENLY.with_beam(BEAM)))
     assert through < 0.7 * even
 
 
@@ -63,7 +63,7 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
     facets, _, fired = sea_seen(radar, platform)
     hearing = ReceiveGeometry.of(facets, Installation(radar), fired, SEED, 0.01, None, 1e-4)
     assert isinstance(hearing.speckle, StillSpeckle)
-    reckoned = hearing.beam_window.at(hearing.window)
+    reckoned = hearing.beam_window.node_voltages(hearing.window)
     assert reckoned.min() < 0.1  # there are nodes that are hardly heard
     nowhere = np.zeros(facets.grid.columns + 1, np.intp)
     none = ListedFacets(

@@ -59,7 +59,7 @@ def one_class(**changes: Any) -> SeaSpikes:
 
 
 def lit(spikes: SeaSpikes, seed: int, facets: Facets | None = None) -> IlluminatedFacets:
-    return SpikeField(spikes, seed, WIND).on(facets or level_sea())
+    return SpikeField(spikes, seed, WIND).evaluate(facets or level_sea())
 
 
 def cells(values: NDArray, wide: int, deep: int) -> tuple[NDArray, NDArray]:
@@ -165,8 +165,8 @@ def test_who_runs_with_them_sees_them_stand() -> None:
 def test_a_current_carries_them() -> None:
     spikes = one_class(angle=np.zeros((1, 2)), life_s=np.array([100.0]))
     carried = SpikeField(spikes, 3, WIND, current=(0.5, -0.4))
-    first = carried.on(level_sea()).factor
-    along = carried.on(later(level_sea(), 0.8, (0.8 * 1.75, 0.8 * -0.4))).factor
+    first = carried.evaluate(level_sea()).factor
+    along = carried.evaluate(later(level_sea(), 0.8, (0.8 * 1.75, 0.8 * -0.4))).factor
     far = level_sea().distance > 20.0
     assert np.corrcoef(first[:, far].ravel(), along[:, far].ravel())[0, 1] > 0.95
 
@@ -238,7 +238,7 @@ def test_the_surface_takes_them_and_the_expectation_does_not() -> None:
     surface, mesh = simulator.surface, simulator.mesh(0)
     assert surface.spikes is not None
     facets = tracer("horizon", scene.radar, scene.scattering)(mesh.levelled)
-    terms, field = surface.terms(facets, mesh.strain), surface.spikes.on(facets)
+    terms, field = surface.terms(facets, mesh.strain), surface.spikes.evaluate(facets)
     found, mean = surface(facets, mesh.strain), replace(surface, spikes=None)(facets, mesh.strain)
     bright = terms.breaking * field.factor
     total = terms.bragg + terms.specular + terms.breaking

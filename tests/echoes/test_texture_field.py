@@ -34,7 +34,7 @@ def field(wind: float = 8.0, seed: int = 1, **keys: Any) -> TextureField:
 
 
 def logarithm(found: TextureField, facets: Facets, grazing: float = 0.05) -> NDArray[np.float64]:
-    return np.log(found.on(facets, np.full(facets.distance.size, grazing)).astype(np.float64))
+    return np.log(found.evaluate(facets, np.full(facets.distance.size, grazing)).astype(np.float64))
 
 
 @pytest.mark.parametrize("wind", WINDS)
@@ -85,10 +85,10 @@ def test_patches_run_before_the_wind_and_live(current: tuple[float, float]) -> N
 
 
 def test_a_patch_is_the_same_in_whichever_part_of_a_turn_it_is_met() -> None:
-    whole = field().on(square(3.0), np.full(1000, 0.05))
-    part = field().on(square(3.0, east_m=400.0), np.full(1000, 0.05))
+    whole = field().evaluate(square(3.0), np.full(1000, 0.05))
+    part = field().evaluate(square(3.0, east_m=400.0), np.full(1000, 0.05))
     np.testing.assert_allclose(part[:800], whole[100:900], rtol=1e-5)
-    assert not np.allclose(field(seed=2).on(square(3.0), np.full(1000, 0.05)), whole)
+    assert not np.allclose(field(seed=2).evaluate(square(3.0), np.full(1000, 0.05)), whole)
 
 
 def test_the_surface_takes_it_on_breakers_alone_and_the_expectation_does_not() -> None:
@@ -103,7 +103,7 @@ def test_the_surface_takes_it_on_breakers_alone_and_the_expectation_does_not() -
     assert surface.texture is not None
     assert surface.scale is not None
     terms = surface.terms(facets, mesh.strain)
-    bright = terms.breaking * surface.texture.on(facets, surface.grazing(facets))
+    bright = terms.breaking * surface.texture.evaluate(facets, surface.grazing(facets))
     scale = surface.scale(surface.grazing(facets), surface.wind(facets))
     wanted = (terms.bragg + terms.specular + bright) * scale
     np.testing.assert_allclose(surface(facets, mesh.strain).rcs, wanted, rtol=1e-4, atol=1e-12)

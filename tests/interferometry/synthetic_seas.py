@@ -153,7 +153,7 @@ def _on_the_surface(surface: Surface, model: PhaseModel) -> tuple[Array, Array]:
     wavenumber = 2.0 * np.pi * model.paths / model.radar.wavelength
     phase = height
     for _ in range(12):
-        phase = model.of_height(height)
+        phase = model.phase_at_height(height)
         points: Points = locate(model.radar.ranges, phase / wavenumber, model.poses.fan)
         height = surface(*model.ground(points))
     return height, phase

@@ -146,7 +146,7 @@ def test_large_phases_err_as_said(turned: float, looks: int) -> None:
     variance = (1.0 - coherence**2) / (2.0 * coherence) / np.abs(cross) / looks
     heard = np.ones(shape, dtype=bool)
     first = spots.offsets(mean, np.ones(shape), heard, 0.0, 1.0, np.full(shape, turn))
-    said = first.of_large(variance, looks)
+    said = first.shrink_for_speckle(variance, looks)
     inner = np.s_[:, 8:-8]
 
     def over(offsets: Offsets) -> float:

@@ -71,7 +71,7 @@ def test_noise_is_told_as_it_is_after_the_correction() -> None:
     # The recorded figure is the mean of both receivers' noise; the upper one's, amplified by g, is g times the
     # lower's. 2 million samples of noise have a mean power good to 0.1 %; 5 σ.
     rng, gain = np.random.default_rng(2), 4.0
-    channel = Channel.given(10.0 * np.log10(gain), 40.0)
+    channel = Channel.from_gain(10.0 * np.log10(gain), 40.0)
     powers = rng.exponential(3.0, 2_000_000), gain * rng.exponential(3.0, 2_000_000)
     lower, upper = (np.array([[each.mean()]]) for each in powers)
     found = channel.corrected(Covariance(np.zeros((1, 1), dtype=complex), lower, upper))

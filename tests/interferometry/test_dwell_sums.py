@@ -153,13 +153,13 @@ def test_odd_echoes_have_sums() -> None:
     assert single.two is None
     assert single.lags == ()
     assert single.one is not None
-    assert single.one.known[0].all()
-    assert not single.one.known[1].any()
+    assert single.one.has_value[0].all()
+    assert not single.one.has_value[1].any()
     dead = noise(np.random.default_rng(5), 20, 2, GATES)
     dead[:, 1] = np.nan
     quiet = sums(dead, Dwells(np.zeros(20, dtype=np.intp), 1))
     assert quiet.one is not None
-    assert not quiet.one.known.any()
+    assert not quiet.one.has_value.any()
     with pytest.raises(SchemaError, match="both receivers hold"):
         sums(noise(np.random.default_rng(6), 20, 2, GATES), Dwells(np.zeros(20, dtype=np.intp), 1), ALTERNATING)
 

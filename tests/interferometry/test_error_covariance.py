@@ -80,7 +80,7 @@ def test_means_of_many_err_by_what_neighbours_share() -> None:
     along = np.array([[1.0, -0.5, 0.0], [1.0, 0.2, 0.0], [1.0, 0.5, 0.1]])
     errors = ErrorCovariance(parts, along, 0.2)
     # Tilt vanishes from means; roughness 0.04 (1 + 0.4)(1 + 0.4), noise 0.25 (1 + 1.2).
-    np.testing.assert_allclose(errors.of_means, 0.04 * 1.4 * 1.4 + 0.25 * 2.2)
+    np.testing.assert_allclose(errors.mean_variance, 0.04 * 1.4 * 1.4 + 0.25 * 2.2)
 
 
 def test_parts_add_up() -> None:

@@ -144,7 +144,7 @@ def test_overlapping_gates_are_fewer_samples() -> None:
 def test_comparing_pulses_more_seldom(step: float) -> None:
     # Half as many pulses, twice as far apart, of the same speckle: as long a dwell.
     correlation = np.exp(-((np.arange(40) / 15.0) ** 2))
-    other = DwellPulses(40, correlation).every(step)
+    other = DwellPulses(40, correlation).resample(step)
     assert other.pulses == 40 * step
     lag = np.arange(other.pulses)
     # Between pulses a straight line: off by ⅛ of its bend, (2/15²)/8 = 0.0011. Beyond the last it stays as it was.
@@ -152,7 +152,7 @@ def test_comparing_pulses_more_seldom(step: float) -> None:
 
 
 def test_a_dwell_that_is_never_compared() -> None:
-    never = DwellPulses(40, np.ones(40)).every(0.0)  # where a receiver hears nothing; warnings are errors
+    never = DwellPulses(40, np.ones(40)).resample(0.0)  # where a receiver hears nothing; warnings are errors
     assert np.isfinite(never.correlation).all()
     assert np.isfinite(never.samples(ONE_CELL, radar_of(RANGES)).noise)
 
@@ -197,5 +197,5 @@ def test_the_echos_contrast_is_what_speckle_leaves(variance: float, samples: int
     given = replace(sea, dwell=uneven, echo=replace(sea.echo, pulses=uneven))
     # The same whatever the unit of power is. 240 looks by 21 gates, of which a third are independent: fourth moments
     # of exponential speckle and texture leave some hundredths.
-    found = float(np.median(given.texture(given.echo.around)))
+    found = float(np.median(given.texture(given.echo.neighbourhood_mean)))
     assert found == pytest.approx(variance / (1.0 + 0.5 * variance), abs=0.08)

@@ -7,7 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
-from seamap_rt.interferometry.ambiguity import CycleEstimate, HeightEstimate, doubtful_cycle, needed, resolve, sea_size
+from seamap_rt.interferometry.ambiguity import (
+    CycleEstimate,
+    HeightEstimate,
+    ambiguous_gates,
+    doubtful_cycle,
+    resolve,
+    sea_size,
+)
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m
@@ -141,14 +148,14 @@ def test_flat_sea_needs_nothing() -> None:
     found, off = solve(np.zeros(GAIN.shape), 0.1)
     assert not off.any()
     assert not found.ambiguous.any()
-    assert not needed(GAIN, np.ones(GAIN.shape, bool), 0.01).any()
+    assert not ambiguous_gates(GAIN, np.ones(GAIN.shape, bool), 0.01).any()
 
 
 def test_gates_that_need_it() -> None:
     # ± 5 × 0.1 m leave an ambiguity of 1 m out.
-    gates = needed(GAIN, np.ones(GAIN.shape, bool), 0.1)
+    gates = ambiguous_gates(GAIN, np.ones(GAIN.shape, bool), 0.1)
     np.testing.assert_array_equal(gates, AMBIGUITY < 1.0)
-    assert not needed(GAIN, np.zeros(GAIN.shape, bool), 0.1).any()
+    assert not ambiguous_gates(GAIN, np.zeros(GAIN.shape, bool), 0.1).any()
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 140), (200, 1), (3, 2)])

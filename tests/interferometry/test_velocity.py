@@ -17,7 +17,7 @@ from seamap_rt.interferometry.velocity import (
     Lag,
     beam_passage,
     doppler,
-    over_ground,
+    ground_velocity,
     own_velocity,
     pulse_pair_lags,
 )
@@ -182,7 +182,7 @@ def test_a_boat_that_runs_sees_the_water_as_if_at_rest(speed: float) -> None:
     middle = echoes["position"].values[row].mean(axis=0)
     place = np.array([distance * east, distance * north + 3.0 * time[row], 0.0]) - middle
     bearing = np.degrees(np.arctan2(place[0], place[1]))
-    water = over_ground(seen, own, np.array([bearing]), np.array([[np.hypot(*place[:2])]]), -place[2])
+    water = ground_velocity(seen, own, np.array([bearing]), np.array([[np.hypot(*place[:2])]]), -place[2])
     outward = 3.0 * place[1] / np.linalg.norm(place)
     # A tenth of a second's line is off by the third derivative of the heave times T²/40: 0.5 mm/s times sin ψ, at an
     # end of the turn 30 mm/s times sin ψ; the phase's turn within a dwell, as the beam passes, is even about the peak.

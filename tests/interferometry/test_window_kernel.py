@@ -30,12 +30,12 @@ def written_out(
     per_gate, per_look = (np.broadcast_to(each, (LOOKS, GATES)) for each in (per_gate, per_look))
     sums = np.full((3, LOOKS, GATES), np.nan, dtype=complex)
     half_range, half_look = range_weights.size // 2, look_weights.size // 2
-    for i, j in np.argwhere(given.known):
+    for i, j in np.argwhere(given.has_value):
         total, weights = np.zeros(3, dtype=complex), 0.0
         for n in range(-half_look, half_look + 1):
             for m in range(-half_range, half_range + 1):
                 pair = [(i + n, j + m), (i - n, j - m)]
-                if not all(0 <= a < LOOKS and 0 <= b < GATES and given.known[a, b] for a, b in pair):
+                if not all(0 <= a < LOOKS and 0 <= b < GATES and given.has_value[a, b] for a, b in pair):
                     continue
                 weight = look_weights[n + half_look] * range_weights[m + half_range]
                 phase = -per_gate[i, j] * m - per_look[i, j] * n
@@ -68,7 +68,7 @@ def test_a_window_of_what_is_not_known_is_not_known() -> None:
     given = cells(3)
     given.cross[:] = np.nan
     found = given.windowed_along(np.ones(3), np.ones(3), PhaseSlopes(np.zeros(1), np.zeros(1)))
-    assert not found.known.any()
+    assert not found.has_value.any()
     assert np.isnan(found.lower).all()
 
 
@@ -80,12 +80,12 @@ def test_a_window_as_it_is_leaves_out_what_is_not_known_one_by_one(sizes: tuple[
     fields = given.cross, given.lower, given.upper
     for i, j in np.ndindex(LOOKS, GATES):
         means = [np.nan] * 3
-        if given.known[i, j]:
+        if given.has_value[i, j]:
             beside = [
                 (across[n + half_look] * along[m + half_range], (i + n, j + m))
                 for n in range(-half_look, half_look + 1)
                 for m in range(-half_range, half_range + 1)
-                if 0 <= i + n < LOOKS and 0 <= j + m < GATES and given.known[i + n, j + m]
+                if 0 <= i + n < LOOKS and 0 <= j + m < GATES and given.has_value[i + n, j + m]
             ]
             total = sum(weight for weight, _ in beside)
             means = [sum(weight * field[place] for weight, place in beside) / total for field in fields]

@@ -44,7 +44,7 @@ from seamap_rt.products.recorded_sea import load_state, state_file
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address
-from seamap_rt.studies.point import kept as kept_point
+from seamap_rt.studies.point import load_outcome as kept_point
 
 HEADER = {
     "frequency_hz": 10e9, "pulse_width_s": 20e-9, "bandwidth_hz": 50e6, "height_m": 5.0, "baseline_m": 0.2,

@@ -49,7 +49,7 @@ def test_residuals_tell_the_current(current: tuple[float, float]) -> None:
     # To a fifth of it: forecasts of still water are wrong in the phases of short waves too, of which the regression
     # takes the first order. The current across is told by the few waves that run there.
     seen = turns_of(current, 8)
-    fit = Fit.anew(wind_sea(), seen, 20.0, (0.0, 0.0))
+    fit = Fit.of(wind_sea(), seen, 20.0, (0.0, 0.0))
     fit.add(seen[:7], range(7))
     with ThreadPoolExecutor(1) as workers:
         fit.solve(workers)
@@ -63,7 +63,7 @@ def test_residuals_tell_the_current(current: tuple[float, float]) -> None:
 
 def test_few_turns_tell_nothing() -> None:
     seen = turns_of((0.3, 0.0), 4)
-    fit = Fit.anew(wind_sea(), seen, 20.0, (0.0, 0.0))
+    fit = Fit.of(wind_sea(), seen, 20.0, (0.0, 0.0))
     fit.add(seen[:3], range(3))
     with ThreadPoolExecutor(1) as workers:
         fit.solve(workers)
@@ -115,7 +115,7 @@ def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float,
     with ThreadPoolExecutor(1) as workers:
         for last in range(7, 12):
             now = replace(sea, water=drift.water(DEEP), amplitude_dispersion=drift.amplitude_dispersion)
-            fit = Fit.anew(now, seen, 20.0, (0.0, 0.0))
+            fit = Fit.of(now, seen, 20.0, (0.0, 0.0))
             fit.add(seen[last - 7 : last], range(last - 7, last))
             fit.solve(workers)
             fit.add([seen[last]], [last])
@@ -152,7 +152,7 @@ def test_a_share_is_one_of_the_spectrum_that_the_waves_were_made_by() -> None:
     # A later spectrum, of four times the variance here, does not change how the waves of the fit run: what a turn says
     # of the share that they run by is the same. On other water, or by another share, the waves must be made anew.
     sea, seen = steep_sea(), steep_turns(steep_sea(), (0.0, 0.0), 0.0, 3)
-    fit = Fit.anew(sea, seen, 20.0, (0.0, 0.0))
+    fit = Fit.of(sea, seen, 20.0, (0.0, 0.0))
     fit.add(seen, range(3))
     with ThreadPoolExecutor(1) as workers:
         fit.solve(workers)

@@ -46,7 +46,7 @@ def turn_of(sea: FreeWaves, number: int) -> Observations:
 
 def last_field(sea: FreeWaves, spectrum: Spectrum) -> WaveField:
     """The field after some turns, by a spectrum."""
-    fit = Fit.anew(spectrum, [turn_of(sea, 0)], 30.0 + TURNS, (0.0, 0.0))
+    fit = Fit.of(spectrum, [turn_of(sea, 0)], 30.0 + TURNS, (0.0, 0.0))
     ensemble, innovations = Ensemble(fit), Innovations()
     field = None
     with ThreadPoolExecutor(2) as workers:
@@ -82,7 +82,7 @@ def test_a_swell_longer_than_the_circle_is_forecast_no_higher_than_it_is() -> No
 def test_what_is_wrong_is_taken_back_and_leaves_no_more_than_the_sea() -> None:
     time, height = np.linspace(0.0, 200.0, 81), np.ones(81)
     for law in (ModelError(0.02, 0.0), ModelError(0.0, 0.02), ModelError(0.5, 0.1)):
-        kept, wrong = law.kept(time, height), law.share(time, height)
+        kept, wrong = law.kept_share(time, height), law.share(time, height)
         assert np.all((kept >= 0.0) & (kept <= 1.0))
         assert np.all(np.diff(kept) <= 1e-12)
         # A forecast β m of the sea, of which m has w wrong: β² − 2 β (1 − w/2) + 1 of it is left, least at 1 − w/2.
@@ -90,7 +90,7 @@ def test_what_is_wrong_is_taken_back_and_leaves_no_more_than_the_sea() -> None:
         for share in (kept - 0.05, kept + 0.05, np.zeros(81), np.ones(81)):
             inside = (share >= 0.0) & (wrong <= 2.0)
             assert np.all((left <= share**2 - 2.0 * share * (1.0 - 0.5 * wrong) + 1.0 + 1e-9)[inside])
-    np.testing.assert_allclose(ModelError(0.0, 0.1).kept(np.array([1e4]), np.array([4.0])), 0.0)
+    np.testing.assert_allclose(ModelError(0.0, 0.1).kept_share(np.array([1e4]), np.array([4.0])), 0.0)
 
 
 def test_the_maximum_prediction_time_is_where_the_error_meets_half_of_the_sea() -> None:

@@ -18,7 +18,7 @@ from seamap_rt.prediction.assimilation import Batch, Preconditioner, StrongestWa
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.knowledge import BatchCoverage, Groups, Knowledge
-from seamap_rt.prediction.observations import KINDS, of_turn
+from seamap_rt.prediction.observations import KINDS, turn_observations
 from seamap_rt.prediction.spectrum import Lattice
 from seamap_rt.prediction.wave_sum import WaveSum
 from seamap_rt.settings import PredictionSettings
@@ -143,7 +143,7 @@ def test_values_of_long_areas_become_those_of_round_ones() -> None:
     exact = plain(of, seen, np.ones(of.k.shape, np.complex128), fit.amplitudes[0].astype(np.complex128))
     fit.add([replace(seen, value=exact)], [0])
     fit.relabel(0.0)
-    for batch in fit.all:
+    for batch in fit.all_batches:
         alike = batch.sum.values(fit.amplitudes)
         shape = np.std(batch.seen.value - alike)
         assert np.std(fit.remove_setdown(batch) - alike) < 0.1 * shape
@@ -236,7 +236,7 @@ def test_a_fit_goes_on_where_a_wave_system_is_no_longer_expected() -> None:
     swell, wind = gaussian_system(0.2, 9.0, 200.0, 40.0), gaussian_system(0.3, 5.0, 270.0, 20.0)
     both = replace(wind, table=wind.table + swell.table)
     seen = [replace(places(1000, seed=n, wide=80.0), time=np.full(1000, 50.0 + n)) for n in range(4)]
-    fit, drawn = Fit.anew(both, seen, 20.0, (0.0, 0.0)), []
+    fit, drawn = Fit.of(both, seen, 20.0, (0.0, 0.0)), []
     for each in seen:
         sea = WaveSum(each, fit.lattices, wind.water, np.ones(len(each)), (0.0, 0.0))
         waves = [of.rescaled(wind).scale * random_unknowns(of, 8)[0] for of in fit.lattices]
@@ -248,11 +248,11 @@ def test_a_fit_goes_on_where_a_wave_system_is_no_longer_expected() -> None:
         fit.add(drawn[3:], [3])
         fit.update_weights()
         fit.solve(workers)
-        going_on, steps = [batch.sum.values(fit.amplitudes) for batch in fit.all], fit.steps
+        going_on, steps = [batch.sum.values(fit.amplitudes) for batch in fit.all_batches], fit.steps
         fit.unknowns = None
         fit.solve(workers)
     assert steps <= fit.steps
-    for batch, values in zip(fit.all, going_on, strict=True):
+    for batch, values in zip(fit.all_batches, going_on, strict=True):
         from_nothing = batch.sum.values(fit.amplitudes)
         assert np.std(values - from_nothing) < 0.1 * np.std(from_nothing)
 
@@ -355,7 +355,7 @@ def test_a_map_s_cells_are_means_over_its_pulse_beam_and_look() -> None:
         {"azimuth": azimuth, "range": ranges},
         {"azimuth_beamwidth_deg": 1.8, "cell_range_m": 3.0, "pulse_m": 2.3},
     )  # fmt: skip
-    seen = of_turn(polar, 0.4)
+    seen = turn_observations(polar, 0.4)
     away = np.hypot(seen.x, seen.y)
     assert np.unique(np.round(np.hypot(away, height))).tolist() == [30.0, 60.0, 90.0]
     assert len(seen) == 9 - 2  # an ambiguous one and one in doubt
@@ -363,7 +363,7 @@ def test_a_map_s_cells_are_means_over_its_pulse_beam_and_look() -> None:
     two_way = 0.5 ** (2.0 * (angle / 0.9) ** 2)  # a half, one way, at ±0.9°
     square = np.sum(two_way * angle**2) / two_way.sum() + 1.8**2 / 12.0
     np.testing.assert_allclose(seen.blur_across, np.radians(np.sqrt(square)) * away, rtol=1e-3)
-    cells = of_turn(polar.drop_vars(("dwell_height", "dwell_height_std")), 0.4)
+    cells = turn_observations(polar.drop_vars(("dwell_height", "dwell_height_std")), 0.4)
     # Of means over cells of 3 m the variance is that much more, twice, as backs of waves are filled.
     np.testing.assert_allclose(cells.blur_along**2 - seen.blur_along**2, 2.0 * 3.0**2 / 12.0, rtol=1e-6)
 

@@ -15,7 +15,7 @@ from seamap_rt.prediction import Observations, Spectrum, WaveField
 from seamap_rt.prediction.ensemble import Ensemble
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.innovations import Innovations, weight_of_groups
-from seamap_rt.prediction.knowledge import ErrorSample, ModelError, likely, scatter
+from seamap_rt.prediction.knowledge import ErrorSample, ModelError, fit_model_error, scatter
 
 Field = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def turn_of(sea: FreeWaves, number: int) -> Observations:
 def last_field(sea: FreeWaves) -> WaveField:
     """The field after some turns of which the fit rests on the last ones."""
     spectrum, innovations = wind_sea(), Innovations()
-    fit = Fit.anew(spectrum, [turn_of(sea, 0)], 30.0, (0.0, 0.0))
+    fit = Fit.of(spectrum, [turn_of(sea, 0)], 30.0, (0.0, 0.0))
     ensemble, field = Ensemble(fit), None
     with ThreadPoolExecutor(2) as workers:
         for number in range(TURNS):
@@ -91,7 +91,7 @@ def test_a_fit_from_nothing_is_right_where_nothing_was_seen() -> None:
     # Six turns that see 120 m of a square of 390 m. Steps come last to waves that nothing tells: stopped as soon as a
     # fit that goes on may be, the square has more wrong than the sea itself. A hundredth of the right side leaves some.
     seen = [turn_of(drifting_waves(0.0, 1), number) for number in range(KEPT)]
-    fit = Fit.anew(wind_sea(), seen, 30.0, (0.0, 0.0))
+    fit = Fit.of(wind_sea(), seen, 30.0, (0.0, 0.0))
     fit.add(seen, range(KEPT))
     fit.update_weights()
     with ThreadPoolExecutor(1) as workers:
@@ -114,7 +114,7 @@ def test_what_turns_tell_outweighs_what_was_taken_before() -> None:
             right = still + (drift * lapse) ** 2
             told.append(ErrorSample(right * stream.gamma(8.0) / 8.0, 0.002, lapse**2))
         for std in (0.1, 0.6):
-            found = likely(told, wind_sea(std), 0.0)
+            found = fit_model_error(told, wind_sea(std), 0.0)
             lapse = np.array([8.0, 20.0])
             np.testing.assert_allclose(
                 found.still + (found.drift * lapse) ** 2, still + (drift * lapse) ** 2, rtol=0.35
@@ -122,7 +122,7 @@ def test_what_turns_tell_outweighs_what_was_taken_before() -> None:
 
 
 def test_before_any_turn_steeper_seas_are_less_sure() -> None:
-    gentle, steep = (likely([], wind_sea(std), 3.0) for std in (0.1, 0.5))
+    gentle, steep = (fit_model_error([], wind_sea(std), 3.0) for std in (0.1, 0.5))
     assert gentle.since == 3.0
     assert steep.drift == pytest.approx(25.0 * gentle.drift, rel=1e-6)
     assert steep.drift == scatter(wind_sea(0.5))

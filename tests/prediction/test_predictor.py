@@ -86,10 +86,10 @@ def test_another_instrument_tells_more(polar: xr.Dataset) -> None:
     predictor, kind = Predictor(), np.array(["elevation"])
     nought, one = np.zeros(1), np.ones(1)
     with pytest.raises(ValueError, match="no turn has shown a sea"):
-        predictor.also(Observations(nought, nought, nought, nought, one, kind))
+        predictor.add_observations(Observations(nought, nought, nought, nought, one, kind))
     field = after(predictor, [polar.isel(turn=number) for number in range(3)])
     time, zero = np.linspace(field.issued - 3.0, field.issued, 30), np.zeros(30)
-    more = predictor.also(Observations(zero, zero, time, zero, np.array([0.01]), kind))
+    more = predictor.add_observations(Observations(zero, zero, time, zero, np.array([0.01]), kind))
     assert np.abs(more.elevation(0.0, 0.0, time[-1])[0]) < 0.3 * field.sea_std
     assert more.issued == field.issued
 

@@ -17,7 +17,7 @@ from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import limits
 from seamap_rt.report import modelled as modelled_rows
-from seamap_rt.report.limits import account_lines, costed, left_out, modelled
+from seamap_rt.report.limits import account_lines, costed, modelled, not_modelled
 from seamap_rt.report.modelled import Case
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
@@ -56,7 +56,7 @@ def small(**keys: Any) -> tuple[Scene, ResolvedSea]:
 def account(**keys: Any) -> tuple[str, str]:
     """All that is said to be modelled, and to be left out, of a small scene with other keys."""
     said, not_said = (
-        "; ".join(f"{row['what']}: {row['why']}" for row in rows(*small(**keys))) for rows in (modelled, left_out)
+        "; ".join(f"{row['what']}: {row['why']}" for row in rows(*small(**keys))) for rows in (modelled, not_modelled)
     )
     return said, not_said
 
@@ -155,9 +155,9 @@ ROLLING = {"platform__motion": "sinusoidal", "platform__roll_deg": 10.0}
 )
 def test_every_row_has_its_error(keys: dict[str, Any]) -> None:
     scene_and_sea = small(**keys)
-    for each in left_out(*scene_and_sea):
+    for each in not_modelled(*scene_and_sea):
         assert len([name for name, words in BEGINNINGS.items() if each["what"].startswith(words)]) == 1
-    for each in modelled(*scene_and_sea) + left_out(*scene_and_sea):
+    for each in modelled(*scene_and_sea) + not_modelled(*scene_and_sea):
         assert each.keys() == {"what", "why", "error", "value", "unit", "source"}
         assert each["error"]
         assert each["unit"]
@@ -225,7 +225,7 @@ def test_no_number_of_one_scene_is_printed_for_another(base: str, keys: dict[str
     for others in ({"sea.extent_m": 512.0}, OTHER_SEA | OTHER_RADAR):
         scene = load_scene(base, others | keys)
         resolved = realize(scene.sea, 1).resolved
-        tables.append({each["what"]: each for each in modelled(scene, resolved) + left_out(scene, resolved)})
+        tables.append({each["what"]: each for each in modelled(scene, resolved) + not_modelled(scene, resolved)})
     shared = tables[0].keys() & tables[1].keys()
     assert len(shared) >= 18
     for what in shared - {"echoes between objects and the sea"}:  # a bound that no scene changes
@@ -238,10 +238,10 @@ def test_no_number_of_one_scene_is_printed_for_another(base: str, keys: dict[str
 def test_a_row_that_cannot_be_worked_out_is_not_there() -> None:
     # Watts & Wicks measured below 10° grazing; here the middle of the window is seen under 19°.
     steep = small(radar__height_m=30.0)
-    assert not any(each["what"] == "a breaker's life" for each in left_out(*steep))
+    assert not any(each["what"] == "a breaker's life" for each in not_modelled(*steep))
     # 60 MS/s cannot hold the receiver's intermediate frequency and its band.
     slow = small(radar__receiver__adc_rate_hz=60e6)
-    assert not any(each["what"] == "analogue-to-digital conversion" for each in left_out(*slow))
+    assert not any(each["what"] == "analogue-to-digital conversion" for each in not_modelled(*slow))
     level = small(radar__baseline_m=0.0)
     assert row(modelled(*level), "receiver")["unit"] == "rad"
 
@@ -252,14 +252,14 @@ def test_rows_are_made_without_matplotlib() -> None:
 
 
 def test_without_waves_nothing_is_lost_by_leaving_the_sea_out() -> None:
-    done, missing = modelled(*small(**NO_WAVES)), left_out(*small(**NO_WAVES))
+    done, missing = modelled(*small(**NO_WAVES)), not_modelled(*small(**NO_WAVES))
     for rows, what in ((done, "sea"), (done, "scan"), (done, "mode"), (done, "waveform"), (missing, "sharper crests")):
         assert row(rows, what)["error"] == "nothing"
     assert row(done, "shadowing")["error"].startswith("0 %")
 
 
 def test_short_waves_hide_more_of_the_window() -> None:
-    assert row(left_out(*small()), "shadows of waves that are not resolved")["value"] > 0.0
+    assert row(not_modelled(*small()), "shadows of waves that are not resolved")["value"] > 0.0
 
 
 def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
@@ -276,7 +276,7 @@ def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
         height = math.sqrt(short.variance - short.roughness_variance(divide))
         v = math.sqrt(2.0 * height * math.sqrt(tilts) / scene.wavelength_m)
         kept = (2.0 * abs(knife_edge(v))) ** (4 * power)
-        found = row(left_out(scene, resolved), "shadows of waves that are not resolved")["value"]
+        found = row(not_modelled(scene, resolved), "shadows of waves that are not resolved")["value"]
         assert found == pytest.approx(100.0 * more * (1.0 - kept), rel=1e-9)
         assert 0.02 < kept < 0.6
 
@@ -287,19 +287,19 @@ def test_shadows_of_unresolved_waves_are_told_with_their_time_where_they_are_cas
     plain, waves, light = small(), *(small(tracing__unresolved_shadowing=each) for each in ("fresnel", "smith"))
     name = "shadowing by waves that are not resolved"
     done = costed(modelled(*waves), {"first": {**TIMING, "shade": 0.01}, "warm": None})
-    missing = row(left_out(*plain), "shadows of waves that are not resolved")
+    missing = row(not_modelled(*plain), "shadows of waves that are not resolved")
     assert row(done, name)["value"] == missing["value"]
     assert row(done, name)["cost_s"] == 0.01
     assert not [each for each in modelled(*plain) if each["what"] == name]
     for cast in (waves, light):
-        assert not [each for each in left_out(*cast) if each["what"] == missing["what"]]
-    too_much = row(left_out(*light), "diffraction at shadows of waves that are not resolved")["value"]
+        assert not [each for each in not_modelled(*cast) if each["what"] == missing["what"]]
+    too_much = row(not_modelled(*light), "diffraction at shadows of waves that are not resolved")["value"]
     assert row(modelled(*light), name)["value"] == pytest.approx(missing["value"] + too_much)
 
 
 def test_waves_run_faster_by_half_of_their_steepness_squared() -> None:
     """Stokes: one wave of amplitude a by ½ (ka)²."""
-    steep = row(left_out(*small(**ONE_WAVE)), "waves that run faster where they are steep")["value"]
+    steep = row(not_modelled(*small(**ONE_WAVE)), "waves that run faster where they are steep")["value"]
     assert steep == pytest.approx(100.0 * 0.5 * (2.0 * np.pi / 40.0 * 0.5) ** 2, rel=0.01)
 
 
@@ -308,10 +308,10 @@ def test_what_is_missed_between_nodes_costs_a_tenth_of_the_height_error(allowed:
     scene, resolved = small(**{"tracing.height_error_m": allowed})
     share = (0.1 * allowed / resolved.elevation_std) ** 2
     assert 1e-6 < share < 1e-4  # neither of the limits
-    found = row(left_out(scene, resolved), "pulses between slow-time nodes")
+    found = row(not_modelled(scene, resolved), "pulses between slow-time nodes")
     assert found["value"] == pytest.approx(0.1 * allowed)
     assert f"{10.0 * np.log10(share):.2g} dB" in found["why"]
-    going_on = row(left_out(scene, resolved), "how speckle goes on in its weakest modes")
+    going_on = row(not_modelled(scene, resolved), "how speckle goes on in its weakest modes")
     assert going_on["value"] == pytest.approx(min(0.1 * allowed, 1e-3 * resolved.elevation_std))
 
 
@@ -324,7 +324,7 @@ def test_sea_spikes_cost_is_of_the_scattering() -> None:
 
 def test_shadows_of_higher_waves_are_darker() -> None:
     """Beyond 1.6 m a third and more of the power bends into them, beyond 8 m next to nothing."""
-    share = [Case(*small(sea__resolution_m=spacing)).kept_by_shadows for spacing in (0.4, 0.8, 4.0)]
+    share = [Case(*small(sea__resolution_m=spacing)).shadow_power for spacing in (0.4, 0.8, 4.0)]
     assert 0.6 > share[0] > share[1] > 0.3
     assert share[2] < 0.1
 
@@ -396,7 +396,7 @@ def test_a_single_turn_is_called_the_first() -> None:
 
 
 def test_lines_name_every_part_within_their_limit() -> None:
-    done, missing = costed(modelled(*small()), {"first": TIMING, "warm": None}), left_out(*small())
+    done, missing = costed(modelled(*small()), {"first": TIMING, "warm": None}), not_modelled(*small())
     for most in (5, 20, 100):
         lines = account_lines(done, missing, most)
         assert len(lines) == min(most, len(done) + len(missing))
@@ -415,7 +415,7 @@ def test_what_a_magnetron_costs_is_said() -> None:
     assert found == pytest.approx(scene.radar.height_m * 1e-5 / math.sqrt(pulses))
     assert "p = 2 from neighbouring" not in row(modelled(scene, resolved), "mode")["why"]
     spread_s = 2.0 * RangeResponse.of(scene.radar).spread_m / 299_792_458.0
-    lost = row(left_out(scene, resolved), "a magnetron's jitter within a pulse")["value"]
+    lost = row(not_modelled(scene, resolved), "a magnetron's jitter within a pulse")["value"]
     assert lost == pytest.approx((2.0 * math.pi * 1e5 * spread_s) ** 2)
     measured = {**magnetron, "radar__coherent_on_receive": True, "radar__transmit_phase_error_deg": 6.0}
     for mode, share in (("single_pulse", 0.5), ("alternating_pulse", 0.5)):  # of pulses, and of a radian's height

@@ -24,9 +24,9 @@ def test_they_are_the_breaking_sea_cut_into_pieces(wind: float) -> None:
     found, whole = spikes(wind), breakers(wind, 0.84, X_BAND)
     assert found.fraction == pytest.approx(whole.fraction, rel=1e-12)
     np.testing.assert_allclose(found.density * found.zone_m2, found.fraction * found.share, rtol=1e-12)
-    assert 0.1 < found.left < 0.7
+    assert 0.1 < found.remaining_share < 0.7
     downwind = np.mean(np.cos(found.angle), axis=1)
-    speed = found.left * found.left_speed + np.sum(found.share * found.speed * downwind)
+    speed = found.remaining_share * found.left_speed + np.sum(found.share * found.speed * downwind)
     assert speed == pytest.approx(breaker_motion(wind, 0.84, X_BAND)[0], rel=0.02)
     assert np.median(found.angle) == pytest.approx(0.0, abs=1e-6)
 

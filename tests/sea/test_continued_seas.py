@@ -12,7 +12,7 @@ import xarray as xr
 from known_waves import STEP_S, WAVE, WEST_M, KnownWave, dataset_of, frames_of, rms, write
 
 from seamap_rt.errors import InputError
-from seamap_rt.forecast_errors import came
+from seamap_rt.forecast_errors import true_elevation
 from seamap_rt.gauges import gauge_series
 from seamap_rt.interferometry import retrieve
 from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
@@ -115,7 +115,7 @@ def test_it_is_known_within_its_rim_alone(path: str) -> None:
     assert file.reach_m == pytest.approx(REACH_M)
     x = np.array([0.0, REACH_M - 0.01, REACH_M + 0.01, 0.0, -REACH_M - 1.01])
     y = np.array([0.0, 0.0, 0.0, REACH_M + 0.01, 0.0])
-    assert sea.known(x, y).tolist() == [True, True, False, False, False]
+    assert sea.is_known(x, y).tolist() == [True, True, False, False, False]
     height = sea.judge.elevation(x, y, np.zeros(5))
     assert np.isfinite(height).tolist() == [True, True, False, False, False]
     assert np.isfinite(sea.elevation(x, y, np.zeros(5))).all()
@@ -217,16 +217,16 @@ def test_forecasts_take_nothing_beyond(path: str) -> None:
         {"lead": [0.0, 1.0]},
         {"heading_deg": 0.0, "speed_m_s": 0.0},
     )  # fmt: skip
-    known = np.isfinite(came(sea_of(path, "level").judge, forecast))
+    known = np.isfinite(true_elevation(sea_of(path, "level").judge, forecast))
     assert known.tolist() == [[[True, False], [True, False]]]
 
 
 def test_the_run_says_what_is_not_known(path: str) -> None:
-    from seamap_rt.report.limits import left_out
+    from seamap_rt.report.limits import not_modelled
 
     scene = scene_with(path, "mirrored")
     resolved = realize(scene.sea, 1).resolved
-    rows = {row["what"]: row for row in left_out(scene, resolved)}
+    rows = {row["what"]: row for row in not_modelled(scene, resolved)}
     # the square of 106 m in a circle of 140 m: by places at random
     random = np.random.default_rng(1).uniform(-70.0, 70.0, (2, 200_000))
     inside = random[:, np.hypot(*random) < 70.0]

@@ -15,7 +15,7 @@ from seamap_rt.sea.fields import DERIVATIVES, RelaxedShift, flow_missed
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.spline import bspline_polynomials
-from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
+from seamap_rt.sea.spline_kernel import LANES, pad_to_lanes, spline_kernel
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings
 
@@ -195,7 +195,7 @@ def test_a_base_is_kept_where_what_follows_from_it_is_as_exact():
         folded = np.zeros((most + 1, most + 1))
         for (row, column), variance in variance_at.items():
             folded[row, column] = variance
-        return spline.kept_base(lattice, folded, base)
+        return spline.exact_base(lattice, folded, base)
 
     for base in BASES[1:]:
         assert kept(500.0, 60, {(0, 10): 0.1, (0, 50): 1e-4}, base) == base
@@ -346,7 +346,7 @@ def test_the_kernel_is_the_sum_of_weights_times_grid_points_across_every_seam():
     scale, place = np.arange(1.0, 1.0 + len(DERIVATIVES)), np.arange(3 * len(DERIVATIVES)).reshape(3, -1)
     found = np.empty((place.size, 200))
     known = (x, y, t), (1.0, 1.0), (0, 9)
-    kernel(grids, *known, np.arange(200), in_lanes(in_time), scale, place, found)
+    kernel(grids, *known, np.arange(200), pad_to_lanes(in_time), scale, place, found)
 
     def weights(order, position):
         """(derivative, tap) of one axis, and the grid points."""
@@ -366,12 +366,12 @@ def test_the_kernel_is_the_sum_of_weights_times_grid_points_across_every_seam():
         np.testing.assert_allclose(found[:, n] / np.tile(scale, 3), np.array(expected) / np.tile(scale, 3), atol=1e-5)
     for n in (60, 99, 100, 120, 149):
         alone = np.full_like(found, np.nan)
-        kernel(grids, *known, np.array([n]), in_lanes(in_time), scale, place, alone)
+        kernel(grids, *known, np.array([n]), pad_to_lanes(in_time), scale, place, alone)
         np.testing.assert_array_equal(alone[:, n], found[:, n])
     few = np.full_like(found, np.nan)  # an even number of sums, and one of them alone
-    kernel(grids, *known, np.arange(200), in_lanes(in_time[1:]), scale, place[1:], few)
+    kernel(grids, *known, np.arange(200), pad_to_lanes(in_time[1:]), scale, place[1:], few)
     np.testing.assert_array_equal(few[6:], found[6:])
-    kernel(grids, *known, np.arange(0), in_lanes(in_time), scale, place, few)
+    kernel(grids, *known, np.arange(0), pad_to_lanes(in_time), scale, place, few)
 
 
 def test_a_kernel_takes_no_more_points_than_a_register_holds():
@@ -398,7 +398,7 @@ def test_the_kernel_runs_where_compiled_code_cannot_be_kept(monkeypatch):
     place, scale = np.where(np.arange(len(DERIVATIVES)) == 0, 0, -1)[None], np.ones(len(DERIVATIVES))
     x, y, t = np.array([0.5, 3.5]), np.array([1.0, 2.5]), np.array([0.25, 0.0])
     known = (x, y, t), (1.0, 1.0), (0, 3), np.arange(2)
-    kernel((grid, grid + 1.0), *known, in_lanes(linear[:1]), scale, place, result)
+    kernel((grid, grid + 1.0), *known, pad_to_lanes(linear[:1]), scale, place, result)
     np.testing.assert_allclose(result[0], [4.75, (8.0 + 11.0 + 0.0 + 3.0) / 4.0], rtol=1e-6)
 
 

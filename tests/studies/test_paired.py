@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from seamap_rt.studies.choices import choice_in_words
-from seamap_rt.studies.paired import FEWEST_SEEDS, choose, means, significant_difference, with_band
+from seamap_rt.studies.paired import FEWEST_SEEDS, choose, means, significant_difference, value_with_band
 
 HEIGHTS = [3.0, 5.0, 7.0, 10.0, 14.0, 20.0]
 RADII = np.array([110.0, 138.0, 155.0, 168.0, 173.0, 175.0])  # 10 m: the lowest within 5 % of the best
@@ -190,7 +190,7 @@ def test_choices_said_to_be_sure_are_right_in_nineteen_of_twenty(drawn: Any, see
     [((80.0, 60.0, 100.0), "80 ± 20 m"), ((81.0, 0.0, 271.0), "81 m (0 to 271 m)"), ((80.0, np.nan, np.nan), "80 m")],
 )
 def test_a_band_is_said_as_it_is(band: tuple[float, float, float], said: str) -> None:
-    assert with_band(*band, " m") == said
+    assert value_with_band(*band, " m") == said
 
 
 @pytest.mark.parametrize("seeds", [1, 2, 3, 4])

@@ -26,7 +26,7 @@ from distributed import Client, Future
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.cluster import existing_client, local_client, shares
-from seamap_rt.studies.point import Outcome, Task, compute, kept
+from seamap_rt.studies.point import Outcome, Task, compute, load_outcome
 from seamap_rt.studies.sweep import trade, write_trade
 from seamap_rt.studies.trade_table import COST
 
@@ -48,7 +48,7 @@ def small() -> Scene:
 
 def results(folder: Path) -> dict[str, Outcome]:
     """What the points' files say, but for the cost."""
-    found = {path.name: kept(path) for path in sorted((folder / "points").glob("*.json"))}
+    found = {path.name: load_outcome(path) for path in sorted((folder / "points").glob("*.json"))}
     return {name: {key: value for key, value in (each or {}).items() if key != "cost"} for name, each in found.items()}
 
 
@@ -156,7 +156,7 @@ def test_an_existing_cluster_gives_the_same_bits(client: Client, here: tuple[Pat
     workers = {
         str(outcome["cost"]["worker"])
         for path in (tmp_path / "points").glob("*.json")
-        if (outcome := kept(path)) and "cost" in outcome
+        if (outcome := load_outcome(path)) and "cost" in outcome
     }
     assert len(workers) == 2
 

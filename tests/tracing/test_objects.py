@@ -232,7 +232,7 @@ def test_shadows_of_several_objects_add() -> None:
     together = Occluder(meshes, [0, 2, 5])
     one_by_one = [Occluder([mesh]).blocked((0.0, 0.0, 5.0), target) for mesh in meshes]
     assert_array_equal(together.blocked((0.0, 0.0, 5.0), target), np.any(one_by_one, axis=0))
-    assert_array_equal(together.alone(2).blocked((0.0, 0.0, 5.0), target), one_by_one[1])
+    assert_array_equal(together.single_object(2).blocked((0.0, 0.0, 5.0), target), one_by_one[1])
 
 
 def test_only_what_may_meet_an_object_is_traced() -> None:

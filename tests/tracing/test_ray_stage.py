@@ -54,9 +54,9 @@ def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[N
     for sheet in mesh.sheets():
         rays = shadow_rays(mesh, mesh.facets, sheet)
         antennas = mesh.grid.antenna_positions[sheet[0].start]
-        whole.append(rays.lit(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
+        whole.append(rays.lit_facets(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
         surface = occluding_surface(mesh, sheet, rays)
-        part.append(rays.lit(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
+        part.append(rays.lit_facets(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
         walls = sum(2 * (2 * mesh.grid.ground_range.size + each.stop - each.start - 2) for each in sheet)
         out.append(1.0 - (len(surface.faces) - walls) / rays.facing_away.size)
     return whole, part, float(np.mean(out))
@@ -245,7 +245,7 @@ def test_lit_are_the_facets_whose_rays_hit_nothing_and_no_others() -> None:
     hit = np.random.default_rng(1).random(rays.number.size) < 0.4
     expected = np.zeros(rays.front.shape, dtype=bool)
     expected[np.unravel_index(rays.number[~hit], rays.front.shape)] = True
-    assert_array_equal(rays.lit(hit), expected)
+    assert_array_equal(rays.lit_facets(hit), expected)
 
 
 def test_unequal_rungs_are_lit_as_the_horizon_has_it() -> None:

@@ -13,7 +13,7 @@ from seamap_rt.conventions import GRAVITY, unit_from_azimuth
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.simulation import Simulator
 from seamap_rt.wavefield.advance import GroundFields, advanced
-from seamap_rt.wavefield.wave_direction import Travel, by_energy
+from seamap_rt.wavefield.wave_direction import Travel, map_travel
 
 SIDE, REACH = 3.0, 300.0
 X, Y = np.meshgrid(*2 * [np.arange(-REACH, REACH + 0.5 * SIDE, SIDE)])
@@ -64,7 +64,7 @@ def rms(field: NDArray, where: NDArray[np.bool_] = INSIDE) -> float:
 @pytest.mark.parametrize("to_s", [0.0, 0.5])
 def test_a_scanned_wave_is_set_upright(period: float, wave_from: float, to_s: float) -> None:
     wave = Wave(period, wave_from)
-    got = advanced(scanned([wave]), SIDE, to_s, Travel.of_one(wave_from))
+    got = advanced(scanned([wave]), SIDE, to_s, Travel.from_direction(wave_from))
     want = wave.at(to_s)
     # Beside a group's shift by the scan, c_g dt/dR, that it is right to first order in, what the map's edges and the
     # turn's closing lack spreads inwards: 0.5 % of the amplitude of short waves to 2.4 % of long ones, found by trial.
@@ -76,7 +76,7 @@ def test_a_scanned_wave_is_set_upright(period: float, wave_from: float, to_s: fl
 def test_what_is_seen_twice_where_the_turn_closes_counts_once() -> None:
     # Waves that meet the beam's start and end: the map's two sides hold one strip of them, of c_g · 1 s = 8 m, twice.
     wave = Wave(10.0, 45.0)
-    got = advanced(scanned([wave]), SIDE, 0.5, Travel.of_one(45.0))
+    got = advanced(scanned([wave]), SIDE, 0.5, Travel.from_direction(45.0))
     closing = (np.abs(X) < 12.0) & (Y > 40.0) & (Y < REACH - 40.0)
     # The strip's edges are known to half a cell: 0.17 of the amplitude is left, 0.42 if it counts twice.
     assert rms(got.height - wave.at(0.5)[0], closing) < 0.25
@@ -84,7 +84,7 @@ def test_what_is_seen_twice_where_the_turn_closes_counts_once() -> None:
 
 def test_crossing_seas_each_run_their_way() -> None:
     wind, swell = Wave(4.0, 250.0, 0.5), Wave(8.0, 80.0, 0.8)
-    ways = [Travel.of_one(wave.wave_from) for wave in (wind, swell)]
+    ways = [Travel.from_direction(wave.wave_from) for wave in (wind, swell)]
     both = Travel(
         np.array([swell.k, wind.k]),
         np.concatenate([way.east for way in ways[::-1]]),
@@ -100,18 +100,18 @@ def test_crossing_seas_each_run_their_way() -> None:
 
 def test_at_its_own_time_a_cell_stays_as_it_is() -> None:
     seen = scanned([Wave(6.0, 300.0)])
-    got = advanced(seen, SIDE, 0.4, Travel.of_one(300.0))
+    got = advanced(seen, SIDE, 0.4, Travel.from_direction(300.0))
     own = INSIDE & (np.abs(seen.time - 0.4) < 0.005)
     np.testing.assert_allclose(got.height[own], seen.height[own], atol=0.03)  # 0.005 s of 1 m at 1 rad/s, and the law's
     # A map of one instant asked for that instant: not a bit changes, gaps included.
     still = replace(seen, time=np.where(R < REACH, 0.4, np.nan))
     for each in fields(GroundFields):
-        same = getattr(advanced(still, SIDE, 0.4, Travel.of_one(300.0)), each.name)
+        same = getattr(advanced(still, SIDE, 0.4, Travel.from_direction(300.0)), each.name)
         np.testing.assert_array_equal(same, getattr(still, each.name))
 
 
 def test_forth_and_back_is_the_same_map() -> None:
-    way = Travel.of_one(250.0)
+    way = Travel.from_direction(250.0)
     height, slope_x, slope_y = np.add(Wave(5.0, 240.0).at(0.0), Wave(7.0, 270.0).at(0.0))
     start = GroundFields(height, np.full_like(height, 0.05), slope_x, slope_y, np.zeros_like(height))
     gone = advanced(start, SIDE, 1.0, way)
@@ -131,7 +131,7 @@ def test_errors_of_slopes_go_with_the_slopes() -> None:
     hole = np.hypot(X - 150.0, Y + 90.0)
     calm = replace(seen, slope_x=0.0 * seen.slope_x, slope_y=0.0 * seen.slope_y)
     gapped = replace(seen, slope_x=np.where(hole < 40.0, np.nan, seen.slope_x))
-    got, still, torn = (advanced(each, SIDE, 0.5, Travel.of_one(270.0)) for each in (seen, calm, gapped))
+    got, still, torn = (advanced(each, SIDE, 0.5, Travel.from_direction(270.0)) for each in (seen, calm, gapped))
     (whole, _), east_north, (beside_hole, _) = (errors_of(each) for each in (got, still, torn))
     np.testing.assert_array_equal(np.isfinite(whole), np.isfinite(got.slope_x))
     assert [rms(each) for each in east_north] == pytest.approx([0.02, 0.04], rel=0.04)
@@ -147,7 +147,7 @@ def errors_of(ground: GroundFields) -> tuple[np.ndarray, np.ndarray]:
 
 def test_a_still_sea_stays_still() -> None:
     flat = scanned([Wave(6.0, 0.0, amplitude=0.0)])
-    got = advanced(flat, SIDE, 0.7, Travel.of_one(0.0))
+    got = advanced(flat, SIDE, 0.7, Travel.from_direction(0.0))
     for name in ("height", "slope_x", "slope_y"):
         np.testing.assert_allclose(getattr(got, name)[R < REACH], 0.0, atol=1e-12)
     np.testing.assert_allclose(got.height_std[R < REACH], 0.05, rtol=1e-9)
@@ -156,7 +156,7 @@ def test_a_still_sea_stays_still() -> None:
 def test_noise_neither_grows_nor_shrinks() -> None:
     flat = scanned([Wave(6.0, 0.0, amplitude=0.0)])
     noisy = replace(flat, height=flat.height + 0.05 * np.random.default_rng(4).normal(size=X.shape))
-    got = advanced(noisy, SIDE, 0.5, Travel.of_one(0.0))
+    got = advanced(noisy, SIDE, 0.5, Travel.from_direction(0.0))
     # Every wave is turned, none made larger. 20 000 cells know the spread to 0.5 %; where the scan gathers noise
     # (some 2 %), it does so as at 25 m, the nearest.
     assert rms(got.height) == pytest.approx(0.05, rel=0.04)
@@ -168,7 +168,7 @@ def test_gaps_cost_certainty_and_make_nothing_wild() -> None:
     seen, want = scanned([wave]), wave.at(1.0)[0]
     hole = (np.hypot(X - 150.0, Y + 90.0) < 40.0) | (np.random.default_rng(5).random(X.shape) < 0.05)
     gapped = replace(seen, height=np.where(hole, np.nan, seen.height), slope_x=np.where(hole, np.nan, seen.slope_x))
-    got = advanced(gapped, SIDE, 1.0, Travel.of_one(270.0))
+    got = advanced(gapped, SIDE, 1.0, Travel.from_direction(270.0))
     found = np.isfinite(got.height)
     np.testing.assert_array_equal(found, np.isfinite(got.height_std))
     inner = np.hypot(X - 150.0, Y + 90.0)
@@ -186,7 +186,7 @@ def test_gaps_cost_certainty_and_make_nothing_wild() -> None:
 
 def test_shallow_water_slows_the_waves() -> None:
     wave = Wave(9.0, 90.0, depth=4.0)
-    seen, want, way = scanned([wave], turn_s=2.0), wave.at(1.0)[0], Travel.of_one(90.0)
+    seen, want, way = scanned([wave], turn_s=2.0), wave.at(1.0)[0], Travel.from_direction(90.0)
     right = rms(advanced(seen, SIDE, 1.0, way, Water(4.0)).height - want)
     deep = rms(advanced(seen, SIDE, 1.0, way).height - want)
     assert right < 0.05 * rms(want)  # twice the turn, twice the error
@@ -200,7 +200,7 @@ def test_a_simulated_turn_is_the_sea_of_one_instant() -> None:
     names = [each.name for each in fields(GroundFields)]
     seen = GroundFields(*(ground[name].values.astype(np.float64) for name in names))
     # Which of the two ways the map's own waves run: within 5° as they came from 270°.
-    way = by_energy(seen.height, seen.height_std, SIDE, Travel.of_one(220.0))
+    way = map_travel(seen.height, seen.height_std, SIDE, Travel.from_direction(220.0))
     assert abs(way.wave_from_deg - 270.0) < 5.0
     x, y = np.meshgrid(ground["x"].values, ground["y"].values)
     got = advanced(seen, SIDE, 0.0, way)
@@ -215,13 +215,13 @@ def test_a_simulated_turn_is_the_sea_of_one_instant() -> None:
 def test_maps_without_anything_are_left_alone() -> None:
     nothing = np.full((9, 9), np.nan)
     empty = GroundFields(nothing, nothing, nothing, nothing, nothing)
-    assert np.isnan(advanced(empty, SIDE, 0.0, Travel.of_one(0.0)).height).all()
+    assert np.isnan(advanced(empty, SIDE, 0.0, Travel.from_direction(0.0)).height).all()
     timed = replace(empty, time=np.linspace(0.0, 1.0, 81).reshape(9, 9))
-    assert np.isnan(advanced(timed, SIDE, 0.0, Travel.of_one(0.0)).height).all()
+    assert np.isnan(advanced(timed, SIDE, 0.0, Travel.from_direction(0.0)).height).all()
 
 
 def test_what_cannot_be_is_refused() -> None:
-    ground, way = scanned([Wave(6.0, 0.0)]), Travel.of_one(0.0)
+    ground, way = scanned([Wave(6.0, 0.0)]), Travel.from_direction(0.0)
     with pytest.raises(ValueError, match="side = 0: must be positive"):
         advanced(ground, 0.0, 0.0, way)
     with pytest.raises(ValueError, match="depth = -1: must be positive"):

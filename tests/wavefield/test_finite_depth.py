@@ -54,7 +54,7 @@ def test_a_known_current_brings_the_sectors_together() -> None:
     east, north = unit_from_azimuth(AZIMUTH[look])
     out = GROUND[gate]
     cells = Cells(out * east, out * north, TIME[look], look, height[look, gate], out)
-    transforms, way = Transforms.of(cells), Travel.of_one(FROM_DEG)
+    transforms, way = Transforms.of(cells), Travel.from_direction(FROM_DEG)
     known, unknown = (wave_spectrum(transforms, way, Water(5.0, flow)) for flow in (wave.current, (0.0, 0.0)))
     # Phases that drift by 0.6 cycles: the mean over equal sectors is sin(x)/x, x = 0.6 π, whose square is 0.25. That
     # the drift goes round with the azimuth is taken in part for another wavenumber, which leaves 0.57.
@@ -74,7 +74,7 @@ def test_a_ground_map_at_one_instant_runs_on_with_the_current() -> None:
     inside = (np.hypot(x, y) > 30.0) & (np.maximum(np.abs(x), np.abs(y)) < 190.0) & (np.abs(x) > 20.0)
 
     def error(water: Water) -> float:
-        made = advanced(seen, 3.0, 1.0, Travel.of_one(270.0), water).height
+        made = advanced(seen, 3.0, 1.0, Travel.from_direction(270.0), water).height
         return float(np.sqrt(np.mean((made - surface(1.0))[inside] ** 2)))
 
     # The bound of a scan of 2 s in `test_advance`, and there twice what is wrong is seen by far.

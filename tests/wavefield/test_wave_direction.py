@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth, wrap_degrees
-from seamap_rt.wavefield.wave_direction import Travel, by_energy, travel
+from seamap_rt.wavefield.wave_direction import Travel, map_travel, travel
 
 SIDE, REACH = 3.0, 200.0
 AZIMUTH = np.arange(0.9, 360.0, 1.8)
@@ -70,7 +70,7 @@ def test_the_direction_is_found_without_its_ambiguity(mean_from: float, noise: f
     way = direction_bin([sea], noise=noise)
     # Wide of it: waves of one axis beat with those of another over a map of a few wavelengths.
     assert abs(wrap_degrees(way.wave_from_deg - sea.mean_from)) < 25.0
-    found = by_energy(*ground([sea], noise), SIDE, way).wave_from_deg
+    found = map_travel(*ground([sea], noise), SIDE, way).wave_from_deg
     # 40 waves spread by 25°, in a circle of 8 wavelengths: some 50 cells of their spectrum, 25°/√50.
     assert abs(wrap_degrees(found - sea.mean_from)) < 5.0
 
@@ -94,19 +94,19 @@ def test_a_sector_sees_what_runs_along_it(start: float) -> None:
 def test_swell_may_run_against_the_wind_sea() -> None:
     wind, swell = Waves(1, 270.0, 4.0, 1.0), Waves(2, 70.0, 8.0, 1.0)
     way = direction_bin([wind, swell])
-    for each in (way, by_energy(*ground([wind, swell]), SIDE, way)):
+    for each in (way, map_travel(*ground([wind, swell]), SIDE, way)):
         k = wind.omega**2 / GRAVITY * wind.towards
-        assert np.mean(each.forth(*k)) > 0.9
+        assert np.mean(each.travel_sign(*k)) > 0.9
         k = swell.omega**2 / GRAVITY * swell.towards
-        assert np.mean(each.forth(*k)) > 0.9
+        assert np.mean(each.travel_sign(*k)) > 0.9
 
 
 def test_the_way_is_odd_in_the_wavevector() -> None:
     # Waves of a real surface: k and −k are the same wave.
-    way = Travel.of_one(30.0)
+    way = Travel.from_direction(30.0)
     kx, ky = np.array([0.1, -0.2, 0.0]), np.array([0.3, 0.1, 0.0])
-    np.testing.assert_array_equal(way.forth(kx, ky), -way.forth(-kx, -ky))
-    np.testing.assert_array_equal(way.forth(*(-0.1 * part for part in unit_from_azimuth(30.0))), 1.0)
+    np.testing.assert_array_equal(way.travel_sign(kx, ky), -way.travel_sign(-kx, -ky))
+    np.testing.assert_array_equal(way.travel_sign(*(-0.1 * part for part in unit_from_azimuth(30.0))), 1.0)
     assert way.wave_from_deg == pytest.approx(30.0)
 
 
@@ -114,10 +114,10 @@ def test_maps_that_tell_nothing_say_so() -> None:
     nothing = np.full((AZIMUTH.size, RANGE.size), np.nan)
     way = travel(nothing, nothing, nothing, AZIMUTH, nothing, SIDE)
     assert np.isnan(way.wave_from_deg)
-    assert np.isnan(by_energy(nothing, nothing, SIDE, way).wave_from_deg)
-    assert np.isnan(by_energy(*ground([Waves(1, 0.0, 5.0, 1.0)]), SIDE, way).wave_from_deg)
+    assert np.isnan(map_travel(nothing, nothing, SIDE, way).wave_from_deg)
+    assert np.isnan(map_travel(*ground([Waves(1, 0.0, 5.0, 1.0)]), SIDE, way).wave_from_deg)
     level = np.zeros_like(nothing)
     distance = np.broadcast_to(RANGE, nothing.shape)
     assert np.isnan(travel(level, level + 0.1, level, AZIMUTH, distance, SIDE).wave_from_deg)
     with pytest.raises(ValueError, match="wave_from_deg = nan: must be finite"):
-        Travel.of_one(np.nan)
+        Travel.from_direction(np.nan)

@@ -75,7 +75,7 @@ def compared(mesh: SurfaceMesh) -> tuple[int, float]:
     for sheet in mesh.sheets():
         rays, antennas = shadow_rays(mesh, mesh.facets, sheet), mesh.grid.antenna_positions[sheet[0].start]
         surfaces = mesh.trimesh(sheet), occluding_surface(mesh, sheet, rays)
-        every, some = (rays.lit(SeaScene(each, antennas, 10e9, WATER).hits(rays)) for each in surfaces)
+        every, some = (rays.lit_facets(SeaScene(each, antennas, 10e9, WATER).hits(rays)) for each in surfaces)
         differ += int(np.count_nonzero(every != some))
         whole, kept = whole + len(surfaces[0].faces), kept + len(surfaces[1].faces)
     return differ, 1.0 - kept / whole

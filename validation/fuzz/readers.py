@@ -27,7 +27,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.settings import ObjectSettings, RetrievalSettings
 from seamap_rt.studies.cluster import _address
-from seamap_rt.studies.point import kept
+from seamap_rt.studies.point import load_outcome
 from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade_table import Criterion, trade_table
 
@@ -168,7 +168,7 @@ def read_sweep(path: Path) -> None:
         ):
             pass
     else:
-        outcome = kept(path)
+        outcome = load_outcome(path)
         if outcome is None:
             raise InputError("computed anew")
         trade_table({"radar.height_m": [5.0]}, [1], {(0, 0): outcome}, Criterion(), {})

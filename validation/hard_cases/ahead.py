@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 import seamap_rt as sr
-from seamap_rt.forecast_errors import came
+from seamap_rt.forecast_errors import true_elevation
 from seamap_rt.prediction import Predictor, WaveField
 from seamap_rt.simulation import Simulator
 
@@ -40,7 +40,7 @@ def _score(simulator: Simulator, field: WaveField | None, **course: float) -> tu
     out = np.linspace(20.0, 90.0, 8)
     at = [(field.centre[0] + 0.7 * r, field.centre[1] + 0.7 * r) for r in out]
     made = sr.forecast(field, at, np.arange(0.0, 11.0), draws=0, **course)  # type: ignore[arg-type]
-    error = made["elevation"].values - came(simulator.sea, made)
+    error = made["elevation"].values - true_elevation(simulator.sea, made)
     both = np.sqrt([np.mean(error**2), np.mean(made["elevation_std"].values ** 2)]) / field.sea_std
     return float(both[0]), float(both[1])
 

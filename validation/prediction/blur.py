@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 import seamap_rt as sr
-from seamap_rt.prediction.observations import of_turn
+from seamap_rt.prediction.observations import turn_observations
 from seamap_rt.simulation import Simulator
 
 from ..options import options
@@ -29,7 +29,7 @@ def observed(length: float, seed: int) -> tuple[np.ndarray, ...]:
     scene = sr.load_scene("choppy_sea", changes)
     simulator = Simulator(scene)
     turn = simulator.turn(0)
-    seen = of_turn(sr.retrieve(turn.echoes, scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0))
+    seen = turn_observations(sr.retrieve(turn.echoes, scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0))
     truth = np.empty(len(seen))
     for moment in np.unique(seen.time):
         now = seen.time == moment

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import seamap_rt as sr
-from seamap_rt.forecast_errors import came
+from seamap_rt.forecast_errors import true_elevation
 from seamap_rt.prediction import Predictor
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
@@ -64,7 +64,7 @@ def errors(scene: Scene, memories: Iterable[int] = (10,)) -> dict[int, dict[str,
             heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
             made = sr.forecast(field, lead_s=lead, draws=0, heading_deg=heading, speed_m_s=speed)
             mean, std = (made[name].values[0, :, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
-            parts = mean, std, np.full(lead.size, mean[0]), came(simulator.sea, made)[0, :, 0]
+            parts = mean, std, np.full(lead.size, mean[0]), true_elevation(simulator.sea, made)[0, :, 0]
             for name, part in zip(rows[memory], parts, strict=True):
                 rows[memory][name].append(part)
     return {

@@ -95,7 +95,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     """Optimal interpolation between single dwells and gates, as the `adaptive` estimator does it; told: where bright
     spots lie, by the gates beside each."""
     model, cells, settings = given.model, given.dwell, given.settings
-    expected = model.of_height(np.nan_to_num(height))
+    expected = model.phase_at_height(np.nan_to_num(height))
     echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
     samples = given.dwelt.samples(ONE_CELL, model.radar)
     speckle, noise = phase_variances(

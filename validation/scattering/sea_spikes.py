@@ -157,7 +157,7 @@ def life(seeds: range, changes: dict[str, str]) -> None:
     def patches(field: SpikeField, later: float) -> NDArray:
         pose = facets.grid.column_pose
         moved = replace(facets, grid=replace(facets.grid, column_pose=replace(pose, time=pose.time + later)))
-        factor = field.on(moved).factor[: facets.grid.columns // wide * wide, gates]
+        factor = field.evaluate(moved).factor[: facets.grid.columns // wide * wide, gates]
         return factor.reshape(-1, wide, gates.size // deep, deep).mean(axis=(1, 3)).ravel()
 
     products = np.zeros((lags.size, 2))

@@ -90,12 +90,12 @@ def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, n
         return float("nan")
     distance = np.sqrt(np.maximum(truth["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     height = truth["height"].values
-    chosen = np.isfinite(height) & bins.within(bins.glimpsed, distance)
+    chosen = np.isfinite(height) & bins.covers(bins.glimpsed, distance)
     look, gate = np.nonzero(chosen)
     east, north = unit_from_azimuth(truth["azimuth"].values[look])
     out = distance[gate]
     cells = Cells(out * east, out * north, truth["time"].values[look], look, height[chosen].astype(np.float64), out)
-    moment = wave_spectrum(Transforms.of(cells), Travel.of_one(nominal)).direction(1)
+    moment = wave_spectrum(Transforms.of(cells), Travel.from_direction(nominal)).direction(1)
     return float(np.degrees(np.angle(moment)) + 180.0) % 360.0
 
 

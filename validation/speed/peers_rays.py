@@ -134,7 +134,7 @@ def compare_rays(case: Case, repeat: int) -> Rays:
     steps = {
         "rays made": sheet.make,
         "hits, arrays to the device and back": lambda: sheet.scene.hits(rays),
-        "light scattered back": lambda: rays.lit(hit),
+        "light scattered back": lambda: rays.lit_facets(hit),
     }
     trees = {"package": sheet.tree, "bare": floor.build}
     works = {each.name: each.work for each in engines} | steps | trees

@@ -133,7 +133,7 @@ class OneSheet:
     def stage(self) -> NDArray[np.bool_]:
         """(antenna, column, facet) light: rays made, traced, and their answers scattered back."""
         rays = self.make()
-        return rays.lit(self.scene.hits(rays))
+        return rays.lit_facets(self.scene.hits(rays))
 
     def tree(self) -> None:
         """What can be hit, and the scene's tree of it."""

@@ -87,7 +87,7 @@ class Evolution:
         return _Rotation.of(self.band, 0.5 * self.step)
 
     @cached_property
-    def _left(self) -> NDArray[np.float64] | None:
+    def _unbroken_share(self) -> NDArray[np.float64] | None:
         return None if self.breaking is None else self.breaking.share_left(self.band, self.step)
 
     def advanced(self, state: State, steps: int = 1) -> State:
@@ -131,9 +131,9 @@ class Evolution:
         )
         elevation, potential = _sum(turn(*inner), _scaled(end, self._share(time + h)), h / 6.0)
         stepped = replace(state, time=time + h, elevation=elevation, potential=potential, energy=energy)
-        return stepped if self._left is None else self._broken(stepped, self._left, end)
+        return stepped if self._unbroken_share is None else self._break_waves(stepped, self._unbroken_share, end)
 
-    def _broken(self, state: State, left: NDArray[np.float64], rates: tuple[Waves, Waves]) -> State:
+    def _break_waves(self, state: State, left: NDArray[np.float64], rates: tuple[Waves, Waves]) -> State:
         """What breaking leaves of a state with these nonlinear rates, and the energy that goes with the rest.
 
         The rates are the energy's derivatives, ∂η/∂t by φs and −∂φs/∂t by η; its second derivative is taken as that of
