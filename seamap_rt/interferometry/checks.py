@@ -25,7 +25,7 @@ import zarr
 from ..conventions import turn_name
 from ..dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
 from ..errors import InputError, SchemaError, must_be
-from ..io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
+from ..io.growing_store import EVERY_CHUNK, ORDER, check_chunks, names_of, whole_length
 from ..io.opening import bytes_held, check_declared_size, check_store
 from ..io.process import filter_asyncio_log
 from ..io.text import plain_attribute, rounded_up
@@ -39,38 +39,53 @@ from .description import RadarDescription
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once
 _MAY_LACK = ("transmitter", "turn", "attitude", "flag", "saturated")  # where zeros, and nothing else, are usual
 _INDEXES = ("pulse", "range", "receiver", "antenna", "xyz")
+_GROUP = "echoes"  # of a run's store
+_EARLIER_COUNT = "complete_pulses"  # attribute of an echoes.zarr that an earlier version writes, or has left
 _MOST_PULSES = 1e9  # a day at 10 kHz
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
     """Echoes from a Zarr store, complete turns only, also while it grows.
 
+    path: of the store, of a run's `run.zarr`, whose group `echoes` alone is opened, or of the folder of either.
     Raises SchemaError for a store that does not keep the schema, InputError for what is no store, or lacks a chunk.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what else lies in the folder: what matters is checked after
-            check_store(path, "an echoes.zarr", named=f"ECHOES = '{path}'")
-            dataset = _opened(path)
+            store, group = store_of_echoes(Path(path))
+            check_store(store, "a store of echoes", named=f"ECHOES = '{path}'", group=group)
+            whole, turns = whole_length(store, f"{group}/turn") if group else (None, None)
+            dataset = _opened(store / group, whole)
+            if turns is not None:
+                dataset.attrs["complete_turns"] = turns
             dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
-            return _whole_turns(dataset, Path(path))
+            return _whole_turns(dataset, store / group)
     except (InputError, SchemaError):
         raise
     except Exception as error:  # a damaged store raises exceptions of many types
         what = f"{type(error).__name__}: {error}"
         filter_asyncio_log()
-    raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole echoes.zarr")
+    raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole run.zarr")
 
 
-def _opened(path: str | Path) -> xr.Dataset:
-    """A store whose arrays may be of unequal length: so many pulses as all have."""
+def store_of_echoes(path: Path) -> tuple[Path, str]:
+    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it."""
+    for name in ("run.zarr", "echoes.zarr"):
+        path = path / name if (path / name).is_dir() else path
+    return (path, _GROUP) if (path / _GROUP).is_dir() else (path, "")
+
+
+def _opened(path: Path, most: int | None) -> xr.Dataset:
+    """A store whose arrays may be of unequal length: so many pulses as all have, `most` at most."""
     group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
     arrays = dict(group.arrays())
     lengths = {name: array.shape[0] for name, array in arrays.items() if names_of(array)[:1] == ("pulse",)}
     least = min(lengths.values(), default=0)
-    if Path(path).is_dir():  # what xarray reads at once
-        counted = group.attrs.get(PULSES, least)
-        check_chunks(Path(path), {"pulse": min(int(str(counted)), least)}, _MAY_LACK, [*_INDEXES, "turn"])
+    least = least if most is None else min(least, most)
+    if path.is_dir():  # what xarray reads at once
+        counted = min(least, int(str(group.attrs.get(_EARLIER_COUNT, least))))
+        check_chunks(path, {"pulse": counted}, _MAY_LACK, [*_INDEXES, "turn"])
     parts = []
     for length in sorted(set(lengths.values()) or {0}):
         others = [name for name in lengths if lengths[name] != length]
@@ -100,7 +115,7 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         raise SchemaError(
             f"echoes: hold {dataset.sizes['pulse']:.3g} pulses: must be at most {_MOST_PULSES:.3g}; split the record"
         )
-    counted = dataset.attrs.pop(PULSES, dataset.sizes["pulse"])  # while it grows: beyond, all looks like turn 0
+    counted = dataset.attrs.pop(_EARLIER_COUNT, dataset.sizes["pulse"])  # beyond, all looks like turn 0
     numbers = dataset["turn"].values[: int(counted)]
     whole = int(np.count_nonzero(numbers < float(dataset.attrs["complete_turns"])))
     if path.is_dir():
@@ -110,7 +125,8 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
     check_declared_size(f"ECHOES = '{path}'", sum(dataset[name].nbytes for name in once), bytes_held(path))
     for name in once:
         dataset[name].load()
-    dataset.attrs.pop(EVERY_CHUNK, None)  # of the store: who writes these echoes elsewhere may leave some out
+    for name in (EVERY_CHUNK, ORDER):  # of the store: who writes these echoes elsewhere may leave chunks out
+        dataset.attrs.pop(name, None)
     return dataset
 
 

@@ -352,25 +352,36 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
     return "h5netcdf"
 
 
-def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None) -> None:
+def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None, group: str = "") -> None:
     """Raise InputError for a folder that is no Zarr store of regular files, links followed to such below it, or whose
-    vectors and chunks do not fit: before Zarr reads one."""
+    vectors and chunks do not fit: before Zarr reads one. group: all but the root's description that is read of it."""
     called, root, need, held = named or os.fspath(path), Path(path), 0, 0
     if not any((root / name).exists() for name in _DESCRIPTIONS):
         raise OSError("no Zarr store")
-    for at, _, names in os.walk(root):
+    own = [(root, [], [name for name in _DESCRIPTIONS if (root / name).exists()])] if group else []
+    for at, _, names in (*own, *os.walk(root / group)):
         for name in names:
             file = os.path.join(at, name)
             if name in _DESCRIPTIONS:
                 rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
                 content = read_json(file, f"{wanted} of regular files", **rules)
-                need += _least_read(content) if isinstance(content, dict) and "shape" in content else 0
+                need += sum(map(_least_read, _arrays_described(content, group)))
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows
                 if not stat.S_ISREG(os.lstat(file).st_mode):
                     check_file(file, f"{wanted} of regular files", below=root)
                 held += bytes_held(file)
     check_declared_size(called, need, held)
+
+
+def _arrays_described(content: Any, group: str) -> list[dict[str, Any]]:
+    """What a description tells of arrays: its own, or those of a group ("consolidated metadata")."""
+    try:
+        held = content["consolidated_metadata"]["metadata"] if group else {}
+        described = [content, *(each for path, each in held.items() if path.startswith(f"{group}/"))]
+        return [each for each in described if "shape" in each]
+    except (KeyError, TypeError, AttributeError):
+        return [content] if isinstance(content, dict) and "shape" in content else []
 
 
 def _least_read(content: dict[str, Any]) -> int:

@@ -68,7 +68,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
         "recording": _recordings(folder),
         "polar images": _images(folder),
         "header": _headers(folder),
-        "echo store": [folder / "run" / "echoes.zarr"],
+        "echo store": [folder / "run" / "run.zarr"],
         "maps and truth": [folder / "run" / "maps.nc", folder / "run" / "truth.nc"],
         "sweep": _sweep(folder),
     }
