@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import time
 import weakref
@@ -75,17 +74,6 @@ class Failing:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        pass
-
-
-class Kept(contextlib.AbstractContextManager[Any]):
-    """Stands in for a file."""
-
-    def append(self, data: Any) -> None:
-        assert data is not None
-        time.sleep(0.001)
-
-    def __exit__(self, *raised: Any) -> None:
         pass
 
 
@@ -242,7 +230,9 @@ def test_a_first_turn_that_the_store_does_not_get_leaves_no_file(finished: list[
 
 
 def test_the_figures_hold_what_sinks_took(finished: list[FinishedTurn], tmp_path: Path) -> None:
-    figures = deliver(finished, [store_sink(tmp_path), FileSink(Kept(), lambda turn: turn.maps, stage="maps")])
+    further = Failing(TURNS, RuntimeError())
+    further.stage = "maps"
+    figures = deliver(finished, [store_sink(tmp_path), further])
     for turn, kept in zip(finished, figures, strict=True):
         assert kept.counts == turn.counts
         assert kept.timing["write"] > 0.0

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-PRODUCTS = ("echoes", "maps.nc", "truth.nc")
+PRODUCTS = ("run.zarr", "maps.nc", "truth.nc")
 FURTHER = ("gauges.nc", "prediction.nc", "expected.nc")  # where they are
 SCENES = ("choppy_sea", "harbour", "rough_ride", "pier", "magnetron_pair", "wind_and_swell")
 _TURN = """
@@ -98,7 +98,7 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
 
 def arrays(folder: Path, products: Sequence[str] = (*PRODUCTS, *FURTHER)) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
     """The arrays of these products in a folder of results, by file, group and name."""
-    for store, group in _stores(folder) if "echoes" in products else ():
+    for store, group in _stores(folder) if "run.zarr" in products else ():
         with xr.open_zarr(store, group=group) as echoes:
             yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
     for file in (name for name in products if name.endswith(".nc")):

@@ -85,9 +85,9 @@ class Results:
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._read(self._main, lambda file: file["polar/turn"][:])]
+            numbers = [int(each) for each in self._files[self._main].read(lambda file: file["polar/turn"][:])]
             if self.has_truth and self.has_maps:
-                numbers = numbers[: self._read(self.truth, lambda file: file["polar/turn"].shape[0])]
+                numbers = numbers[: self._files[self.truth].read(lambda file: file["polar/turn"].shape[0])]
         except OSError:
             return []
         return numbers
@@ -99,7 +99,7 @@ class Results:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
             return Layout(*(np.asarray(file[name][:], dtype=np.float64) for name in names))
 
-        return self._read(self._main, read)
+        return self._files[self._main].read(read)
 
     def scene(self) -> Scene | None:
         """That was run; None of a retrieval, which knows none, and of a scene of another version."""
@@ -148,15 +148,11 @@ class Results:
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        return float(np.min(self._read(self._main, lambda file: file["polar/time"][index])))
+        return float(np.min(self._files[self._main].read(lambda file: file["polar/time"][index])))
 
     def _read_of(self, name: str, read: Callable[[Any, str], Result]) -> Result:
         tree, path = name.split("/", 1)
-        return self._read({"maps": self.maps, "truth": self.truth}[tree], lambda file: read(file, path))
-
-    def _read(self, path: Path, read: Callable[[Any], Result]) -> Result:
-        """Of a file that is finished, or of one that grows."""
-        return self._files[path].read(read)
+        return self._files[{"maps": self.maps, "truth": self.truth}[tree]].read(lambda file: read(file, path))
 
     def close(self) -> None:
         """Close what is open."""

@@ -5,23 +5,22 @@ from __future__ import annotations
 import errno
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from .growing_store import GrowingStore, is_field, naming, remove_tree
+from .growing_store import Closing, GrowingStore, is_field, naming
 from .opening import open_tree
 from .process import uninterrupted
-from .results_folder import FILE, hidden_store
+from .results_folder import FILE, hidden_store, remove_tree
 
 
-class AppendableNetCDF:
+class AppendableNetCDF(Closing):
     """A NetCDF file whose turns are kept in a hidden Zarr store beside it (`growing_store`) until it is closed.
 
-    Leaving the context by an exception closes it too: whole turns stay readable. Nothing appears if there are none.
-    Where the disk has no room for the file its turns stay, and `recover_netcdf` makes it of them.
-    `complete` counts the turns that are whole.
+    Whole turns stay readable after an exception. Nothing appears if there are none. Where the disk has no room for the
+    file its turns stay, and `recovery` makes it of them. `complete` counts the turns that are whole.
 
     path: the file's own name. growing: names of the dimensions that grow; a variable has one of them at most, and one
     that has none is written with the first turn. constant: groups that do not grow, by name. compressed: fields (a
@@ -79,16 +78,6 @@ class AppendableNetCDF:
                 self._store.write_files(self._attributes)
             remove_tree(self._hidden)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: Any) -> None:
-        try:
-            self.close()
-        except OSError:
-            if raised[1] is None:  # else that one is reported
-                raise
-
     def _take_back(self, turns: int) -> None:
         """The first so many turns of the file that an interruption has made of them, one by one."""
         if not turns:
@@ -110,16 +99,3 @@ class AppendableNetCDF:
                 values = step * np.round(variable.values / step)
                 dataset = dataset.assign({name: (variable.dims, values, attributes)})
         return dataset
-
-
-def recover_netcdf(path: Path) -> int:
-    """Make a file of the turns that a kill has left of it, and return how many; none: remove what is left.
-
-    May itself be killed and called again. Raises OSError, and ValueError or KeyError where what is left is damaged.
-    """
-    hidden = hidden_store(path)
-    store = GrowingStore.reopened(hidden, {FILE: path})
-    if store.complete:
-        store.write_files()
-    remove_tree(hidden)
-    return store.complete

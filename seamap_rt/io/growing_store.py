@@ -15,11 +15,10 @@ import contextlib
 import errno
 import math
 import os
-import shutil
 from collections.abc import Collection, Coroutine, Iterable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, NamedTuple, Self, cast
 
 import h5netcdf
 import h5py
@@ -30,16 +29,16 @@ from zarr.core.sync import sync
 
 from ..errors import InputError
 from .process import quietly, uninterrupted
-from .results_folder import DESCRIPTION, FINISHED, whole_file
+from .results_folder import DESCRIPTION, FINISHED, remove_tree, whole_file
 
 EVERY_CHUNK = "every_chunk_written"
 """Attribute of a group, 1 where its writer left out no chunk.
 
 Zarr lets a writer leave out a chunk of fill values alone, and a reader takes one that is lost for such a one: zeros.
 """
-COMPLETE, ORDER = "complete_turns", "order"
+COMPLETE, ORDER = "complete_turns", "in_order"
 OWN_ATTRIBUTES = (EVERY_CHUNK, ORDER, "coordinates")  # of a group, which its NetCDF file does not have
-_GROWING, _PACKS = "growing", "packed"
+_DIMENSIONS, _PACKS = "growing", "packed"
 _OF_ITS_TYPE = ("flag_masks", "flag_values")  # attributes of an array, by the conventions
 ROOM = 16  # turns for which an array has room at first, and each time that it gets more
 _SMALL, _LARGE = 2**14, 2**23  # bytes: turns share a chunk as far as they are smaller, and have several beyond
@@ -50,30 +49,67 @@ _GROWTH, _INDEX_BYTES = 1.01, 2**20  # of a file beside its values: what zlib ca
 Turn = Mapping[str, xr.Dataset | xr.DataTree | None]
 
 
-class GrowingStore:
+class _Growing(NamedTuple):
+    """An array that grows along an axis, by rows of which so many are whole. It has room for more."""
+
+    array: zarr.Array
+    axis: int
+    whole: int = 0
+
+    def shape(self, rows: int, of: tuple[int, ...] | None = None) -> tuple[int, ...]:
+        """Of the array, or as another one, with so many rows."""
+        shape = of or self.array.shape
+        return *shape[: self.axis], rows, *shape[self.axis + 1 :]
+
+    async def write(self, values: np.ndarray[Any, Any]) -> None:
+        """Rows behind those that are whole."""
+        rows = values.shape[self.axis]
+        end = self.whole + rows
+        if end > self.array.shape[self.axis]:
+            await self.array.async_array.resize(self.shape(self.whole + ROOM * rows))
+        await self.array.async_array.setitem((slice(None),) * self.axis + (slice(self.whole, end),), values)
+
+
+class Closing:
+    """A file, or a store, that is closed when its context is left, by an exception too."""
+
+    def close(self) -> None:
+        """OSError where the disk is full."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: Any) -> None:
+        try:
+            self.close()
+        except OSError:
+            if raised[1] is None:  # else that one is reported
+                raise
+
+
+class GrowingStore(Closing):
     """A Zarr store whose groups grow by whole turns, all or none of them.
 
     path: of the store. growing: names of the dimensions that grow; an array has one of them at most, and one that has
     none is written with the first turn. files: NetCDF files by the groups of which they are made when it is closed.
     packed: their fields (a growing first dimension and others) are packed by zlib.
 
-    Leaving the context by an exception closes it too. Without a single turn it leaves nothing behind. Where the disk
-    has no room for the files the store stays unfinished, and `reopened` makes them. `complete` counts the whole turns.
+    Without a single turn it leaves nothing behind. Where the disk has no room for the files the store stays unfinished,
+    and `reopened` makes them. `complete` counts the whole turns.
     """
 
     def __init__(
         self,
         path: Path,
-        growing: Iterable[str] = ("turn",),
+        growing: Collection[str] = ("turn",),
         files: Mapping[str, Path] | None = None,
         packed: bool = False,
     ) -> None:
         self.path, self.complete = path, 0
-        self._files = dict(files or {})
-        self._growing, self._packed = tuple(growing), packed
+        self._dimensions, self._packed, self._files = tuple(growing), packed, files or {}
         self._root: zarr.Group | None = None
-        self._arrays: dict[str, zarr.Array] = {}  # those that grow, by their paths, with room
-        self._lengths: dict[str, int] = {}  # of these, what is whole
+        self._growing: dict[str, _Growing] = {}  # by the paths of the arrays
 
     @classmethod
     def reopened(cls, path: Path, files: Mapping[str, Path] | None = None, most: int | None = None) -> Self:
@@ -86,17 +122,14 @@ class GrowingStore:
         for left in path.rglob("*.partial"):  # as Zarr calls a file that is not whole
             left.unlink(missing_ok=True)
         root = zarr.open_group(path, mode="r+", zarr_format=3)
-        store = cls(path, cast(list[str], root.attrs[_GROWING]), files, bool(root.attrs[_PACKS]))
+        store = cls(path, cast(list[str], root.attrs[_DIMENSIONS]), files, bool(root.attrs[_PACKS]))
         store._root, store.complete = root, int(cast(int, root.attrs[COMPLETE]))
-        if not store.complete:
-            return store
-        held = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
-        for name, member in root.members(max_depth=None):
+        own = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
+        for name, member in root.members(max_depth=None) if store.complete else ():
             if isinstance(member, zarr.Array) and (axis := store._axis(names_of(member))) is not None:
-                store._arrays[name] = cast(zarr.Array, held[name])
-                store._lengths[name] = member.shape[axis]
+                store._growing[name] = _Growing(cast(zarr.Array, own[name]), axis, member.shape[axis])
         if most is not None and most < store.complete:
-            store._mark(dict.fromkeys(store._arrays, most), most)
+            store._mark({name: each._replace(whole=most) for name, each in store._growing.items()}, most)
         return store
 
     def append(self, turn: Turn) -> None:
@@ -106,22 +139,22 @@ class GrowingStore:
         Raises OSError, and stays as it was, where the disk has no room for it, or somebody has removed a part of it.
         """
         data = {name: _leaves(value) for name, value in turn.items() if value is not None}
-        complete = self._complete_with([each for leaves in data.values() for each in leaves.values()])
         with uninterrupted(), naming(self.path):
             self._check()
             for name, leaves in data.items():
                 self._create(name, leaves)
-            lengths, writing = dict.fromkeys(self._arrays, 0) | self._lengths, []
-            for path, array in self._arrays.items():
+            after, writing = dict(self._growing), []
+            for path, growing in self._growing.items():
                 top, _, below = path.partition("/")
                 leaf, _, name = below.rpartition("/")
                 if top in data:
-                    variable = data[top][leaf].variables[name]
-                    self._check_shape(array, variable)
-                    writing.append((array, variable, lengths[path]))
-                    lengths[path] += variable.shape[cast(int, self._axis(names_of(array)))]
-            _together(self._write(*each) for each in writing)
-            self._mark(lengths, complete)
+                    values = data[top][leaf].variables[name].values
+                    if growing.shape(0) != growing.shape(0, values.shape):
+                        raise ValueError(f"{path}: {values.shape}, after others of {growing.array.shape}")
+                    writing.append((growing, values))
+                    after[path] = growing._replace(whole=growing.whole + values.shape[growing.axis])
+            _together(growing.write(values) for growing, values in writing)
+            self._mark(after, self._complete_with([each for leaves in data.values() for each in leaves.values()]))
 
     def write_files(self, attributes: Mapping[str, Any] | None = None) -> None:
         """Make the NetCDF files of what is whole. attributes: of the files, beside those of the first turn.
@@ -129,9 +162,8 @@ class GrowingStore:
         OSError where the disk is full, InputError where a chunk is lost.
         """
         groups = zarr.open_group(self.path, mode="r", zarr_format=3)
-        for name, file in self._files.items():
-            if name in groups:
-                write_netcdf(self.path, name, file, attributes)
+        for name in self._files.keys() & set(groups):
+            write_netcdf(groups, name, self._files[name], attributes)
 
     def close(self) -> None:
         """Make the files, and leave of the store what is whole. Ctrl-C and SIGTERM wait. Raises as `write_files`."""
@@ -142,55 +174,44 @@ class GrowingStore:
             elif self._root is not None:
                 remove_tree(self.path)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: Any) -> None:
-        try:
-            self.close()
-        except OSError:
-            if raised[1] is None:  # else that one is reported
-                raise
+    def _axis(self, names: Iterable[Any]) -> int | None:
+        return next((axis for axis, name in enumerate(names) if name in self._dimensions), None)
 
     def _complete_with(self, turn: list[xr.Dataset]) -> int:
         """How many turns are complete with one, or some, by its length or by what it says."""
-        first = self._growing[0]
-        lengths = [self.complete + each.sizes[first] for each in turn if first in each.sizes]
-        return max(lengths or [int(each.attrs[COMPLETE]) for each in turn if COMPLETE in each.attrs])
-
-    def _axis(self, names: Iterable[Any]) -> int | None:
-        return next((axis for axis, name in enumerate(names) if name in self._growing), None)
+        lengths = [each.sizes[self._dimensions[0]] for each in turn if self._dimensions[0] in each.sizes]
+        return self.complete + max(lengths) if lengths else max(int(each.attrs[COMPLETE]) for each in turn)
 
     def _create(self, top: str, leaves: Mapping[str, xr.Dataset]) -> None:
-        """A group with all that does not grow, and room for what does."""
+        """A group with all that does not grow."""
         if self._root is None:
             remove_tree(self.path)
-            first = {COMPLETE: 0, FINISHED: 0, _GROWING: list(self._growing), _PACKS: self._packed}
+            first = {COMPLETE: 0, FINISHED: 0, _DIMENSIONS: list(self._dimensions), _PACKS: self._packed}
             zarr.open_group(self.path, mode="w", zarr_format=3, attributes=first)
             self._root = _consolidated(self.path)
-        described = _described(self._root)
-        if top in described:
+        if top in (described := _described(self._root)):
             return
-        group, made = zarr.open_group(self.path, path=top, mode="w", zarr_format=3), list[zarr.Array]()
-        below = [name for name in leaves if name]
-        group.attrs[ORDER] = list(below)
+        group, below = zarr.open_group(self.path, path=top, mode="w", zarr_format=3), [name for name in leaves if name]
+        group.attrs[ORDER], made = list(below), dict[str, _Growing]()
         for leaf, dataset in leaves.items():
             node = group.create_group(leaf) if leaf else group
             beside = " ".join(str(name) for name in dataset.coords if name not in dataset.dims)
-            order = [*map(str, dataset.variables), *(() if leaf else below)]
-            own = {EVERY_CHUNK: 1, ORDER: order} | ({"coordinates": beside} if beside else {})
-            node.update_attributes(_plain(dataset.attrs) | own | ({COMPLETE: 0} if COMPLETE in dataset.attrs else {}))
-            made += [self._created(node, str(name), variable) for name, variable in dataset.variables.items()]
+            own = {EVERY_CHUNK: 1, ORDER: [*map(str, dataset.variables), *(() if leaf else below)]}
+            own |= ({"coordinates": beside} if beside else {}) | ({COMPLETE: 0} if COMPLETE in dataset.attrs else {})
+            node.update_attributes(_plain(dataset.attrs) | own)
+            for name, variable in dataset.variables.items():
+                array, axis = self._created(node, str(name), variable), self._axis(variable.dims)
+                if axis is not None:
+                    made[array.path] = _Growing(array, axis)
         described[top] = _consolidated(self.path, top).metadata
-        self._arrays |= {array.path: array for array in made if self._axis(names_of(array)) is not None}
+        self._growing |= made
 
     def _created(self, node: zarr.Group, name: str, variable: xr.Variable) -> zarr.Array:
         axis, text = self._axis(variable.dims), variable.dtype.kind in "OUT"
         shape, chunks = list(variable.shape), [max(1, size) for size in variable.shape]
         if axis is not None:
             size, bytes_each = shape[axis], max(1, variable.nbytes)
-            shape[axis] = 0
-            large = bytes_each > _LARGE
+            large, shape[axis] = bytes_each > _LARGE, 0
             chunks[axis] = -(-size // -(-bytes_each // _LARGE)) if large else size * max(1, _SMALL // bytes_each)
         array = node.create_array(
             name,
@@ -207,43 +228,26 @@ class GrowingStore:
             array[...] = variable.values.astype(object) if text else variable.values
         return array
 
-    def _check_shape(self, array: zarr.Array, variable: xr.Variable) -> None:
-        if self._whole_shape(array, 0) != self._whole_shape(array, 0, variable.shape):
-            raise ValueError(f"{self.path}: {array.path} of shape {variable.shape}, after others of {array.shape}")
-
-    async def _write(self, array: zarr.Array, variable: xr.Variable, start: int) -> None:
-        """Write a turn of an array behind so many rows of the turns before."""
-        axis = cast(int, self._axis(names_of(array)))
-        rows, room = variable.shape[axis], list(array.shape)
-        if start + rows > room[axis]:
-            room[axis] = start + ROOM * rows
-            await array.async_array.resize(tuple(room))
-        await array.async_array.setitem((slice(None),) * axis + (slice(start, start + rows),), variable.values)
-
-    def _mark(self, lengths: dict[str, int], complete: int) -> None:
+    def _mark(self, after: dict[str, _Growing], complete: int) -> None:
         """Say in the description of the root, at once, how long all arrays are and how many turns are complete."""
         assert self._root is not None
-        for path, array in self._arrays.items():
+        for path, growing in after.items():
             *groups, name = path.split("/")
             held = _described(self._root)
             for each in groups:
                 held = _described(held[each])
-            held[name] = array.metadata.update_shape(self._whole_shape(array, lengths[path]))
+            held[name] = growing.array.metadata.update_shape(growing.shape(growing.whole))
         for group in _described(self._root).values():
             if COMPLETE in group.attributes:
                 group.attributes[COMPLETE] = complete
         self._root = self._root.update_attributes({COMPLETE: complete, FINISHED: 0})
-        self._lengths, self.complete = lengths, complete
-
-    def _whole_shape(self, array: zarr.Array, length: int, shape: tuple[int, ...] | None = None) -> tuple[int, ...]:
-        axis = self._axis(names_of(array))
-        return tuple(length if each == axis else size for each, size in enumerate(shape or array.shape))
+        self._growing, self.complete = after, complete
 
     def _finish(self) -> None:
         """Cut off what is not whole, and describe what is left: each group by itself, and all."""
         groups = zarr.open_group(self.path, mode="r", zarr_format=3)
-        whole = ((array, self._whole_shape(array, self._lengths[path])) for path, array in self._arrays.items())
-        _together(array.async_array.resize(shape) for array, shape in whole if array.shape != shape)
+        wanted = ((each.array, each.shape(each.whole)) for each in self._growing.values())
+        _together(array.async_array.resize(shape) for array, shape in wanted if array.shape != shape)
         for path in self.path.iterdir():
             if path.is_dir() and path.name not in groups:  # of a turn that was not marked
                 remove_tree(path)
@@ -251,18 +255,18 @@ class GrowingStore:
             if COMPLETE in group.attrs:
                 zarr.open_group(self.path, path=name, mode="r+", use_consolidated=False).attrs[COMPLETE] = self.complete
             _consolidated(self.path, name)
-        _consolidated(self.path).update_attributes({COMPLETE: self.complete, FINISHED: 1})
+        _consolidated(self.path).update_attributes({FINISHED: 1})
 
     def _check(self) -> None:
         """Zarr makes anew what somebody has removed, with zeros for turns that were there: the last ones must be."""
-        if self._root is not None:
-            _must_exist(self.path / DESCRIPTION)
-        for path, array in self._arrays.items():
-            _must_exist(self.path / path / DESCRIPTION)
-            if length := self._lengths.get(path, 0):
-                last = self._whole_shape(array, length)
-                chunk = tuple((size - 1) // step if size else 0 for size, step in zip(last, array.chunks, strict=True))
-                _must_exist(self.path / path / array.metadata.encode_chunk_key(chunk))
+        needed = [] if self._root is None else [DESCRIPTION]
+        for path, growing in self._growing.items():
+            sizes = zip(growing.shape(growing.whole), growing.array.chunks, strict=True)
+            last = growing.array.metadata.encode_chunk_key(tuple(max(size - 1, 0) // chunk for size, chunk in sizes))
+            needed += [f"{path}/{DESCRIPTION}", *([f"{path}/{last}"] if growing.whole else [])]
+        for each in needed:
+            if not (self.path / each).exists():
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path / each))
 
 
 def _together(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
@@ -274,11 +278,6 @@ def _together(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
     for error in sync(ended()):
         if error is not None:
             raise error
-
-
-def _must_exist(path: Path) -> None:
-    if not path.exists():
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
 
 
 def _leaves(value: xr.Dataset | xr.DataTree) -> dict[str, xr.Dataset]:
@@ -316,14 +315,6 @@ def naming(path: Path) -> Iterator[None]:
         raise OSError(error.errno, os.strerror(error.errno), str(path)) from None
 
 
-def remove_tree(path: Path) -> None:
-    """Remove a folder, if it is there: first out of its name, as half of a store is none."""
-    removed = path.with_name(f".{path.name.lstrip('.')}.removed")
-    shutil.rmtree(removed, ignore_errors=True)
-    if path.exists():
-        shutil.rmtree(path.rename(removed), ignore_errors=True)
-
-
 # ------------------------------------------------------------------------------------------------------ the chunks
 
 
@@ -357,18 +348,6 @@ def check_chunks(
                 raise InputError(f"'{path / name / key}': holds {size} bytes: must be {expected}; copy the store whole")
 
 
-def whole_length(store: Path, path: str) -> tuple[int, int]:
-    """Of a growing array along its first dimension, by its path; and how many turns are complete.
-
-    KeyError, ValueError for a store that does not say so.
-    """
-    root = zarr.open_group(store, mode="r", zarr_format=3, use_consolidated=True)
-    array = root[path]
-    if not isinstance(array, zarr.Array):
-        raise ValueError(f"{path}: no array")
-    return array.shape[0], int(str(root.attrs[COMPLETE]))
-
-
 def names_of(array: zarr.Array) -> tuple[str | None, ...]:
     """Of its dimensions; empty where it says none."""
     return tuple(getattr(array.metadata, "dimension_names", None) or ())
@@ -387,25 +366,21 @@ def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
 # ------------------------------------------------------------------------------------------------- the NetCDF files
 
 
-def write_netcdf(store: Path, name: str, path: Path, attributes: Mapping[str, Any] | None = None) -> None:
+def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[str, Any] | None = None) -> None:
     """Make a NetCDF file of a group of a store, whole or not at all. Memory holds about a turn of it.
 
     Raises OSError where the disk has no room for it, InputError where a chunk is lost.
     """
-    root = zarr.open_group(store, mode="r", zarr_format=3)
-    growing = set(cast(list[str], root.attrs[_GROWING]))
+    growing, packed = set(cast(list[str], root.attrs[_DIMENSIONS])), bool(root.attrs[_PACKS])
     top = cast(zarr.Group, root[name])
-    groups = {"": top} | {
-        str(each): cast(zarr.Group, top[each]) for each in _order(top) if isinstance(top[each], zarr.Group)
-    }
+    groups = {"": top} | {each: found for each in _order(top) if isinstance(found := top[each], zarr.Group)}
     further: dict[str, zarr.Array] = {}
     for below, group in groups.items():
         lengths = {str(d): n for _, each in group.arrays() for d, n in zip(names_of(each), each.shape, strict=True)}
-        check_chunks(store / name / below, lengths, ())
+        check_chunks(Path(str(cast(Any, root.store).root), name, below), lengths, ())
         further |= {f"{below}/{n}": each for n, each in group.arrays() if not growing.isdisjoint(names_of(each))}
     first = {f"/{below}": _first(group, growing) for below, group in groups.items()}
     unlimited = {below: [d for d in dataset.dims if d in growing] for below, dataset in first.items()}
-    packed = bool(root.attrs[_PACKS])
     encoding = {below: _layout(dataset, growing, packed) for below, dataset in first.items()}
     # In memory, as HDF5 itself may crash if it cannot write.
     made = xr.DataTree.from_dict(first).to_netcdf(engine="h5netcdf", encoding=encoding, unlimited_dims=unlimited)

@@ -365,7 +365,7 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
             if name in _DESCRIPTIONS:
                 rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
                 content = read_json(file, f"{wanted} of regular files", **rules)
-                need += sum(map(_least_read, _arrays_described(content, group)))
+                need += _least_read(content)
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows
                 if not stat.S_ISREG(os.lstat(file).st_mode):
@@ -374,21 +374,14 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
     check_declared_size(called, need, held)
 
 
-def _arrays_described(content: Any, group: str) -> list[dict[str, Any]]:
-    """What a description tells of arrays: its own, or those of a group ("consolidated metadata")."""
-    try:
-        held = content["consolidated_metadata"]["metadata"] if group else {}
-        described = [content, *(each for path, each in held.items() if path.startswith(f"{group}/"))]
-        return [each for each in described if "shape" in each]
-    except (KeyError, TypeError, AttributeError):
-        return [content] if isinstance(content, dict) and "shape" in content else []
-
-
 def _least_read(content: dict[str, Any]) -> int:
-    """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk."""
+    """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk. Of a group that
+    describes its arrays ("consolidated metadata"), to all of them."""
     import numpy as np
 
     try:
+        if "shape" not in content:
+            return sum(map(_least_read, content["consolidated_metadata"]["metadata"].values()))
         grid = [
             content.get("chunk_grid", {}),
             *(each for each in content.get("codecs") or () if "shard" in each["name"]),

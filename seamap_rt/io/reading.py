@@ -64,29 +64,25 @@ class ResultsFile:
         raise OSError(f"{self.path}: {message}")
 
     def _opened(self) -> tuple[Any, Path]:
-        if self.path.exists():
-            if self._of != (self.path, 0):
-                self._file, self._of = open_hdf5(self.path, rows=True), (self.path, 0)
-        elif (grows := growing_in(self.path)) is None:
-            raise FileNotFoundError("holds no whole turn yet")
-        else:
-            store, name = grows
-            of = store / DESCRIPTION, (store / DESCRIPTION).stat().st_mtime_ns
-            if self._of != of:
-                import zarr
-
-                check_store(store, "a run's store", group=name)
-                root = zarr.open_group(store, mode="r", zarr_format=3, use_consolidated=True)
-                if name not in root:
-                    raise FileNotFoundError("holds no whole turn yet")
-                self._file, self._of = root[name], of
-        assert self._of is not None
-        return self._file, self._of[0]
+        """What is to be read, and the file without which it is not there."""
+        grows = None if self.path.exists() else growing_in(self.path)
+        described = self.path if grows is None else grows[0] / DESCRIPTION
+        of = described, 0 if grows is None else described.stat().st_mtime_ns
+        if self._of != of:
+            self._file, self._of = open_hdf5(self.path, rows=True) if grows is None else _open_group(*grows), of
+        return self._file, described
 
     def close(self) -> None:
         if self._of is not None and self._of[0] == self.path:
             self._file.close()
         self._of = None
+
+
+def _open_group(store: Path, name: str) -> Any:
+    import zarr
+
+    check_store(store, "a run's store", group=name)
+    return zarr.open_group(store, mode="r", zarr_format=3, use_consolidated=True)[name]
 
 
 def read_whole_turns(path: Path, read: Callable[[Any], Result]) -> Result:

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import InputError
-from .results_folder import FULL, OF_RUN, RUN, finished, held_folder, hidden_store, remove_hidden, unfinished
+from .results_folder import FILE, FULL, OF_RUN, RUN, finished, held_folder, hidden_store, remove_hidden, remove_tree
+from .results_folder import unfinished as left_in
 
 _OPTION = "DIR"
 
@@ -33,7 +34,7 @@ def recover(folder: str | Path) -> Recovery | None:
     if not folder.is_dir():
         raise InputError(f"{_OPTION} = '{folder}': no such folder; give the folder of a run")
     with held_folder(folder, _OPTION):
-        left = unfinished(folder)
+        left = left_in(folder)
         if left is None:
             remove_hidden(folder)
             return None
@@ -64,17 +65,16 @@ def _refuse_earlier(folder: Path, files: tuple[str, ...]) -> None:
 
 def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
     """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
-    from .appendable import recover_netcdf  # loads xarray
-    from .growing_store import GrowingStore, remove_tree  # loads zarr
+    from .growing_store import GrowingStore  # loads zarr
 
+    stores = {hidden_store(folder / each): {FILE: folder / each} for each in files if not (folder / each).exists()}
     if RUN in files:
-        if not (folder / RUN).exists():
-            return 0
-        store = GrowingStore.reopened(folder / RUN, {OF_RUN[each]: folder / each for each in files if each in OF_RUN})
+        stores = {folder / RUN: {OF_RUN[each]: folder / each for each in files if each in OF_RUN}}
+    turns = list[int]()
+    for path, made in stores.items():
+        store = GrowingStore.reopened(path, made) if path.exists() else GrowingStore(path)
         store.close()
-        if not store.complete:
-            remove_tree(folder / RUN)
-        return store.complete
-    growing = [folder / name for name in files if not (folder / name).exists()]
-    turns = [recover_netcdf(path) if hidden_store(path).exists() else 0 for path in growing]
+        turns.append(store.complete)
+        if path.name != RUN or not store.complete:
+            remove_tree(path)
     return min(turns) if turns else None

@@ -159,16 +159,19 @@ def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     figures = [path.name for path in folder.glob("*.png")] if "report.html" in products else []
     names = {*products, *figures}
     for path in (folder / name for name in names):
-        if path.is_dir():  # first out of its name: half of a store is none
-            removed = path.with_name(f".{path.name}.removed")
-            shutil.rmtree(removed, ignore_errors=True)
-            shutil.rmtree(path.rename(removed))
-        else:
-            path.unlink(missing_ok=True)
+        remove_tree(path) if path.is_dir() else path.unlink(missing_ok=True)
     remove_hidden(folder, names)
     left = unfinished(folder)
     if left is not None and not names.isdisjoint(left.files):
         finished(folder)
+
+
+def remove_tree(path: Path) -> None:
+    """Remove a folder, if it is there: first out of its name, as half of a store is none."""
+    removed = path.with_name(f".{path.name.lstrip('.')}.removed")
+    shutil.rmtree(removed, ignore_errors=True)
+    if path.exists():
+        shutil.rmtree(path.rename(removed))
 
 
 def remove_hidden(folder: Path, names: Container[str] | None = None) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -27,16 +26,11 @@ from ..simulation import Simulator
 from .driver import FinishedTurn, Sink, deliver, iterate
 
 
-class _AppendableFile(AbstractContextManager[Any], Protocol):
-    """A file that grows by whole turns, or a stand-in for one."""
-
-    def append(self, data: Any, /) -> None: ...
-
-
 class FileSink(Sink):
-    """Appends what `select` picks of each turn to a file, such as a GrowingStore or an AppendableNetCDF."""
+    """Appends what `select` picks of each turn to a file, such as a GrowingStore or an AppendableNetCDF, which is
+    closed at the end."""
 
-    def __init__(self, file: _AppendableFile, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
+    def __init__(self, file: Any, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
         self.stage = stage
         self._file, self._select = file, select
 

@@ -56,7 +56,7 @@ class ForecastSink(Sink):
         self.vessel = vessel_of(self._settings.vessel)
         self.vessel_notes = vessel_notes(self.vessel)
         self._predictor = predictor_of(self._settings)
-        self._issued: list[tuple[int, xr.Dataset]] = []
+        self._issued: list[xr.Dataset] = []
         self._last: tuple[WaveField, xr.Dataset] | None = None
         self.latest: tuple[WaveField, xr.Dataset] | None = None  # the field after the last turn, and its forecast
 
@@ -66,7 +66,7 @@ class ForecastSink(Sink):
         if field is None:
             return
         made = issue(field, turn.number, self._settings, self.vessel)
-        self._issued.append((turn.number, made))
+        self._issued.append(made)
         self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
 
@@ -86,7 +86,7 @@ class ForecastSink(Sink):
     def _judged(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""
         ends = self._simulator.sea.ends_s
-        return [made for _, made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
+        return [made for made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
 
     def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)
