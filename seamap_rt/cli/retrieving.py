@@ -228,8 +228,9 @@ def retrieve(
     import xarray as xr  # these take two seconds: what was typed is checked before
 
     from ..conventions import turn_name
+    from ..interferometry.checks import store_of_echoes
     from ..io.exports import export, headings
-    from ..io.results_folder import RUN, refuse_unfinished, results_folder, write_whole
+    from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
     from ..session.retrieving import MAPS, retrieve_into
     from ..wavefield import sea_state
@@ -239,7 +240,7 @@ def retrieve(
         polar = turn.maps["polar"].to_dataset()
         console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
 
-    home = echoes if (echoes / RUN).is_dir() or (echoes / "echoes.zarr").is_dir() else echoes.parent
+    home = store_of_echoes(echoes)[0].parent
     folder = out or home
     earlier = tuple(path.name for path in folder.glob("*.*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)

@@ -25,6 +25,7 @@ from ..errors import InputError, SchemaError, must_be
 from ..io.growing_store import EVERY_CHUNK, ORDER, check_chunks
 from ..io.opening import bytes_held, check_declared_size, check_store
 from ..io.process import filter_asyncio_log
+from ..io.results_folder import RUN
 from ..io.text import plain_attribute, rounded_up
 from ..io.validation import validate
 from ..radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
@@ -65,7 +66,9 @@ def open_echoes(path: str | Path) -> xr.Dataset:
 
 def store_of_echoes(path: Path) -> tuple[Path, str]:
     """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it."""
-    for name in ("run.zarr", "echoes.zarr"):
+    if path.name == _GROUP and path.parent.name == RUN:
+        return path.parent, _GROUP
+    for name in (RUN, "echoes.zarr"):
         path = path / name if (path / name).is_dir() else path
     return (path, _GROUP) if (path / _GROUP).is_dir() else (path, "")
 

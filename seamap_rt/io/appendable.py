@@ -63,9 +63,10 @@ class AppendableNetCDF(Closing):
         """
         groups = {"": data} if isinstance(data, xr.Dataset) else {str(n.name): n.to_dataset() for n in data.values()}
         groups = {f"/{name}": self._rounded(dataset) for name, dataset in groups.items()}
+        turns = next(each.sizes[self._growing[0]] for each in groups.values() if self._growing[0] in each.sizes)
         groups |= {f"/{name}": dataset for name, dataset in self._constant.items() if not self.complete}
         with naming(self.path):
-            self._store.append({FILE: xr.DataTree.from_dict(groups)})
+            self._store.append({FILE: xr.DataTree.from_dict(groups)}, turns)
 
     def annotate(self, attributes: Mapping[str, Any]) -> None:
         """Set attributes of the file when it is closed."""

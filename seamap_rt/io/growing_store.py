@@ -15,7 +15,7 @@ import contextlib
 import errno
 import math
 import os
-from collections.abc import Collection, Coroutine, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple, Self, cast
@@ -46,8 +46,6 @@ _CHUNK = 1024  # points a side of a packed chunk of NetCDF, and turns or samples
 _PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # higher levels gain a few per cent
 _GROWTH, _INDEX_BYTES = 1.01, 2**20  # of a file beside its values: what zlib cannot compress grows; trees of chunks
 
-Turn = Mapping[str, xr.Dataset | xr.DataTree | None]
-
 
 class _Growing(NamedTuple):
     """An array that grows along an axis, by rows of which so many are whole. It has room for more."""
@@ -70,15 +68,10 @@ class _Growing(NamedTuple):
         await self.array.async_array.setitem((slice(None),) * self.axis + (slice(self.whole, end),), values)
 
 
-class Closing:
+class Closing(contextlib.AbstractContextManager[Any]):
     """A file, or a store, that is closed when its context is left, by an exception too."""
 
-    def close(self) -> None:
-        """OSError where the disk is full."""
-        raise NotImplementedError
-
-    def __enter__(self) -> Self:
-        return self
+    close: Callable[[], None]
 
     def __exit__(self, *raised: Any) -> None:
         try:
@@ -132,8 +125,8 @@ class GrowingStore(Closing):
             store._mark({name: each._replace(whole=most) for name, each in store._growing.items()}, most)
         return store
 
-    def append(self, turn: Turn) -> None:
-        """Append a turn, or the first ones at once: datasets by the names of their groups, or trees of such.
+    def append(self, turn: Mapping[str, xr.Dataset | xr.DataTree | None], turns: int = 1) -> None:
+        """Append a turn, or several at once: datasets by the names of their groups, or trees of such.
 
         A group may begin with a later turn, and has nothing of a turn in which it is None. Ctrl-C and SIGTERM wait.
         Raises OSError, and stays as it was, where the disk has no room for it, or somebody has removed a part of it.
@@ -154,7 +147,7 @@ class GrowingStore(Closing):
                     writing.append((growing, values))
                     after[path] = growing._replace(whole=growing.whole + values.shape[growing.axis])
             _together(growing.write(values) for growing, values in writing)
-            self._mark(after, self._complete_with([each for leaves in data.values() for each in leaves.values()]))
+            self._mark(after, self.complete + turns)
 
     def write_files(self, attributes: Mapping[str, Any] | None = None) -> None:
         """Make the NetCDF files of what is whole. attributes: of the files, beside those of the first turn.
@@ -176,11 +169,6 @@ class GrowingStore(Closing):
 
     def _axis(self, names: Iterable[Any]) -> int | None:
         return next((axis for axis, name in enumerate(names) if name in self._dimensions), None)
-
-    def _complete_with(self, turn: list[xr.Dataset]) -> int:
-        """How many turns are complete with one, or some, by its length or by what it says."""
-        lengths = [each.sizes[self._dimensions[0]] for each in turn if self._dimensions[0] in each.sizes]
-        return self.complete + max(lengths) if lengths else max(int(each.attrs[COMPLETE]) for each in turn)
 
     def _create(self, top: str, leaves: Mapping[str, xr.Dataset]) -> None:
         """A group with all that does not grow."""
@@ -373,15 +361,16 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
     """
     growing, packed = set(cast(list[str], root.attrs[_DIMENSIONS])), bool(root.attrs[_PACKS])
     top = cast(zarr.Group, root[name])
-    groups = {"": top} | {each: found for each in _order(top) if isinstance(found := top[each], zarr.Group)}
+    below = {each: top[each] for each in cast(list[str], top.attrs[ORDER])}
+    groups = {"": top} | {each: found for each, found in below.items() if isinstance(found, zarr.Group)}
     further: dict[str, zarr.Array] = {}
-    for below, group in groups.items():
+    for leaf, group in groups.items():
         lengths = {str(d): n for _, each in group.arrays() for d, n in zip(names_of(each), each.shape, strict=True)}
-        check_chunks(Path(str(cast(Any, root.store).root), name, below), lengths, ())
-        further |= {f"{below}/{n}": each for n, each in group.arrays() if not growing.isdisjoint(names_of(each))}
-    first = {f"/{below}": _first(group, growing) for below, group in groups.items()}
-    unlimited = {below: [d for d in dataset.dims if d in growing] for below, dataset in first.items()}
-    encoding = {below: _layout(dataset, growing, packed) for below, dataset in first.items()}
+        check_chunks(Path(str(cast(Any, root.store).root), name, leaf), lengths, ())
+        further |= {f"{leaf}/{n}": each for n, each in group.arrays() if not growing.isdisjoint(names_of(each))}
+    first = {f"/{leaf}": _first(group, growing) for leaf, group in groups.items()}
+    unlimited = {leaf: [d for d in dataset.dims if d in growing] for leaf, dataset in first.items()}
+    encoding = {leaf: _layout(dataset, growing, packed) for leaf, dataset in first.items()}
     # In memory, as HDF5 itself may crash if it cannot write.
     made = xr.DataTree.from_dict(first).to_netcdf(engine="h5netcdf", encoding=encoding, unlimited_dims=unlimited)
     with whole_file(path) as part:
@@ -389,7 +378,12 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
         _reserve(part, sum(each.nbytes for each in further.values()))
         with h5py.File(part, "r+") as hdf5:
             for each, array in further.items():
-                _copy(array, hdf5[each], growing)
+                axis = next(axis for axis, dim in enumerate(names_of(array)) if dim in growing)
+                length, step, made = array.shape[axis], array.chunks[axis], cast(Any, hdf5[each])
+                made.resize(length, axis)
+                for start in range(0, length, step):
+                    rows = (slice(None),) * axis + (slice(start, min(start + step, length)),)
+                    made[rows] = array[rows]
         with h5netcdf.File(part, "r+") as file:
             for node in (file, *file.groups.values()):
                 for dim, dimension in node.dimensions.items():
@@ -398,14 +392,10 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
             file.attrs.update(attributes or {})
 
 
-def _order(group: zarr.Group) -> list[str]:
-    return cast(list[str], group.attrs[ORDER])
-
-
 def _first(group: zarr.Group, growing: Collection[str]) -> xr.Dataset:
     """All that does not grow, and the first row of what does."""
     variables = {}
-    for name in _order(group):
+    for name in cast(list[str], group.attrs[ORDER]):
         if isinstance(array := group[name], zarr.Array):
             values = np.asarray(array[tuple(slice(0, 1 if dim in growing else None) for dim in names_of(array))])
             of_its_type = {k: np.array(array.attrs[k], array.dtype) for k in _OF_ITS_TYPE if k in array.attrs}
@@ -449,13 +439,3 @@ def _reserve(path: Path, size: int) -> None:
         except OSError as error:
             if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):
                 raise
-
-
-def _copy(array: zarr.Array, to: Any, growing: Collection[str]) -> None:
-    """All rows of an array that grows, chunk by chunk."""
-    axis = next(axis for axis, dim in enumerate(names_of(array)) if dim in growing)
-    length, step = array.shape[axis], array.chunks[axis]
-    to.resize(length, axis)
-    for start in range(0, length, step):
-        rows = (slice(None),) * axis + (slice(start, min(start + step, length)),)
-        to[rows] = array[rows]

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-import zarr
 
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.io.reading import read_whole_turns
 from seamap_rt.io.results_folder import hidden_store
 
@@ -23,10 +21,6 @@ _SIDE = 40
 def _turn(number: int) -> xr.DataTree:
     field = xr.DataArray(np.full((1, _SIDE, _SIDE), float(number)), dims=("turn", "y", "x"))
     return xr.DataTree.from_dict({"/polar": xr.Dataset({"height": field}, {"turn": [number]})})
-
-
-def _fails(*_: object) -> None:
-    raise OSError(28, "No space left on device")
 
 
 def _heights(file: Any) -> np.ndarray:
@@ -44,18 +38,6 @@ def test_each_whole_turn_is_there_at_once_and_nothing_before_the_first(tmp_path:
             assert found.shape == (number + 1, _SIDE, _SIDE)
             np.testing.assert_array_equal(found[:, 0, 0], np.arange(number + 1.0))
     np.testing.assert_array_equal(read_whole_turns(path, _heights)[:, 5, 5], np.arange(4.0))
-
-
-def test_a_turn_that_is_being_written_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its chunks are there, and the mark is not; nor are those of another file of the run read before both have it."""
-    store = GrowingStore(tmp_path / "run.zarr")
-    for number in range(3):
-        store.append({"maps": _turn(number)})
-    monkeypatch.setattr(zarr.Group, "update_attributes", _fails)
-    with pytest.raises(OSError, match=r"run\.zarr"):
-        store.append({"maps": _turn(3)})
-    assert (store.path / "maps" / "polar" / "height" / "c" / "3").exists()
-    assert read_whole_turns(tmp_path / "maps.nc", _heights).shape[0] == 3
 
 
 def _series(number: int, turns: int = 1) -> xr.Dataset:
