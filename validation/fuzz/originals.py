@@ -59,6 +59,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
     with AppendableNetCDF(folder / "run" / "maps.nc") as file:
         file.append(maps)
     simulation.truth.close()
+    shutil.rmtree(folder / "run" / "run.zarr" / "truth")  # damage is to meet the echoes
     return {
         "scene": sorted(set(map(Path, sr_scenes()))),
         "spectrum": _spectra(folder),
