@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import threading
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.io.process import uninterrupted
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
@@ -202,68 +203,79 @@ def assert_same_echoes(found: xr.Dataset, expected: xr.Dataset) -> None:
     assert {key: found.attrs[key] for key in expected.attrs} == expected.attrs
 
 
+def store_of(folder: Path, *turns: xr.Dataset) -> GrowingStore:
+    store = GrowingStore(folder / "run.zarr", ("turn", "pulse"))
+    for turn in turns:
+        store.append({"echoes": turn})
+    return store
+
+
 def test_echoes_survive_the_store_to_the_bit(tmp_path: Path) -> None:
     turns = echo_turns(2)
-    store = EchoStore(tmp_path / "echoes.zarr")
-    store.append(turns[0])
-    assert_same_echoes(open_echoes(tmp_path / "echoes.zarr"), turns[0])
-    store.append(turns[1])
-    found = open_echoes(tmp_path / "echoes.zarr")
+    store = store_of(tmp_path, turns[0])
+    assert_same_echoes(open_echoes(tmp_path), turns[0])
+    store.append({"echoes": turns[1]})
+    found = open_echoes(tmp_path)
     assert_same_echoes(found, both(turns))
     assert found.attrs["complete_turns"] == 2
     assert np.isnan(found["voltage"].values).any(axis=(1, 2)).sum() == 2
     assert_array_equal(found["flag"].values[np.isnan(found["voltage"].values).any(axis=(1, 2))], 64)
+    store.close()
+    assert_same_echoes(open_echoes(tmp_path), both(turns))
 
 
 def test_store_is_complex64_zarr_for_anyone(tmp_path: Path) -> None:
-    (turn,) = echo_turns(1)
-    EchoStore(tmp_path / "echoes.zarr").append(turn)
-    group = zarr.open_group(tmp_path / "echoes.zarr", mode="r")
-    voltage = group["voltage"]
-    assert isinstance(voltage, zarr.Array)
-    assert voltage.dtype == np.complex64
-    assert voltage.metadata.zarr_format == 3
-    assert dict(group.attrs)["complete_turns"] == 1
-    assert set(ECHO_ATTRIBUTES) <= set(group.attrs)
+    store_of(tmp_path, *echo_turns(1)).close()
+    for group in (
+        zarr.open_group(tmp_path / "run.zarr/echoes", mode="r"),
+        zarr.open_group(tmp_path / "run.zarr")["echoes"],
+    ):
+        assert isinstance(group, zarr.Group)
+        voltage = group["voltage"]
+        assert isinstance(voltage, zarr.Array)
+        assert voltage.dtype == np.complex64
+        assert voltage.metadata.zarr_format == 3
+        assert dict(group.attrs)["complete_turns"] == 1
+        assert set(ECHO_ATTRIBUTES) <= set(group.attrs)
 
 
 def test_a_new_store_replaces_the_old_one(tmp_path: Path) -> None:
     first, second = echo_turns(2)
-    EchoStore(tmp_path / "echoes.zarr").append(first)
-    EchoStore(tmp_path / "echoes.zarr").append(second.assign_attrs(complete_turns=1))
-    assert_array_equal(xr.open_zarr(tmp_path / "echoes.zarr", consolidated=False)["turn"].values, 1)
+    store_of(tmp_path, first).close()
+    store_of(tmp_path, second.assign_attrs(complete_turns=1)).close()
+    found = xr.open_zarr(tmp_path / "run.zarr", group="echoes", consolidated=False)
+    assert_array_equal(found["turn"].values, 1)
 
 
 @pytest.mark.parametrize("broken", ["voltage", "time", "flag", "transmitter"])
 def test_turn_that_fails_halfway_leaves_the_whole_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken: str
 ) -> None:
-    """As when the disk fills or Ctrl-C comes: arrays of unlike length would make the store unreadable."""
+    """As when the disk fills: some arrays have the turn, one has not."""
     first, second = echo_turns(2)
-    store = EchoStore(tmp_path / "echoes.zarr")
-    store.append(first)
-    write = zarr.Array.append
+    store = store_of(tmp_path, first)
+    write = zarr.AsyncArray.setitem
 
-    def fails(array: zarr.Array, *given: Any) -> Any:
-        write(array, *given)
+    async def fails(array: zarr.AsyncArray[Any], *given: Any) -> Any:
         if array.basename == broken:
-            raise KeyboardInterrupt
+            raise OSError(28, "No space left on device")
+        return await write(array, *given)
 
     with monkeypatch.context() as patch:
-        patch.setattr(zarr.Array, "append", fails)
-        with pytest.raises(KeyboardInterrupt):
-            store.append(second)
-    assert_same_echoes(open_echoes(tmp_path / "echoes.zarr"), first)
-    store.append(second)  # and the store can go on
-    assert_same_echoes(open_echoes(tmp_path / "echoes.zarr"), both([first, second]))
+        patch.setattr(zarr.AsyncArray, "setitem", fails)
+        with pytest.raises(OSError, match=r"run\.zarr"):
+            store.append({"echoes": second})
+    assert_same_echoes(open_echoes(tmp_path), first)
+    store.append({"echoes": second})  # and the store can go on
+    assert_same_echoes(open_echoes(tmp_path), both([first, second]))
 
 
 def test_store_without_an_attribute_is_refused(tmp_path: Path) -> None:
-    (turn,) = echo_turns(1)
-    EchoStore(tmp_path / "echoes.zarr").append(turn)
-    group = zarr.open_group(tmp_path / "echoes.zarr", mode="r+")
-    del group.attrs["baseline_m"]
-    refusal(lambda: open_echoes(tmp_path / "echoes.zarr"), "'baseline_m'", "missing")
+    store_of(tmp_path, *echo_turns(1)).close()
+    (tmp_path / "run.zarr/echoes").rename(tmp_path / "echoes.zarr")
+    shutil.rmtree(tmp_path / "run.zarr")
+    del zarr.open_group(tmp_path / "echoes.zarr", mode="r+").attrs["baseline_m"]
+    refusal(lambda: open_echoes(tmp_path), "'baseline_m'", "missing")
 
 
 # ------------------------------------------------------------------------------------------ NetCDF by turns

@@ -23,5 +23,5 @@ def test_no_test_replaces_what_is_private() -> None:
     every = [(path, *each) for path, source in sources.items() for each in replaced(source)]
     assert len(every) > 100
     private = [each for each in every if each[2].startswith("_") and not each[2].startswith("__")]
-    zarrs = {("test_echo_store.py", name) for name in ("_local", "_put")}
+    zarrs = {("test_growing_store.py", name) for name in ("_local", "_put")}
     assert {(path.name, part) for path, _, part in private} == zarrs

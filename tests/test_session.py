@@ -1,4 +1,4 @@
-"""The one driver: turns come one by one, each goes to all sinks or to none, and memory holds one of them."""
+"""The one driver: turns come one by one, each goes to all sinks, and memory holds one of them."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ from numpy.testing import assert_array_equal
 import seamap_rt as sr
 from seamap_rt.dataset import check
 from seamap_rt.interferometry import open_echoes
-from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.session import FileSink, FinishedTurn, Memory, deliver, iterate
+from seamap_rt.session import FileSink, FinishedTurn, deliver, iterate
 from seamap_rt.session.driver import real_time_factor, warm_wall
+from seamap_rt.session.simulating import run_store
 from seamap_rt.session.whole_run import TurnMemory
 from seamap_rt.simulation import Simulator
 
@@ -48,11 +47,7 @@ def finished() -> list[FinishedTurn]:
 
 def test_maps_and_truth_in_memory_are_those_of_the_files(finished: list[FinishedTurn], tmp_path: Path) -> None:
     kept, read = TurnMemory(finished), TurnMemory(finished, most_bytes=0.0)
-    sinks = [
-        FileSink(AppendableNetCDF(tmp_path / "maps.nc"), lambda turn: turn.maps),
-        FileSink(AppendableNetCDF(tmp_path / "truth.nc"), lambda turn: turn.truth),
-    ]
-    deliver(kept, sinks)
+    deliver(kept, [store_sink(tmp_path)])
     assert len(list(read)) == TURNS
     with kept.maps_and_truth(tmp_path / "nosuch") as here, read.maps_and_truth(tmp_path) as there:
         for one, other in zip(here, there, strict=True):
@@ -73,9 +68,6 @@ class Failing:
             raise self.error
         self.taken += 1
 
-    def rollback(self) -> None:
-        self.taken -= 1
-
     def __enter__(self) -> Self:
         return self
 
@@ -83,6 +75,12 @@ class Failing:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         pass
+
+
+def store_sink(folder: Path) -> FileSink:
+    parts = ("echoes", "truth", "maps")
+    store = run_store(folder, ["truth.nc", "maps.nc"])
+    return FileSink(store, lambda turn: {name: getattr(turn, name) for name in parts})
 
 
 # ---------------------------------------------------------------------------------------------------------- iterate
@@ -203,64 +201,38 @@ def test_memory_holds_one_turn(retrieved: bool) -> None:
 # ------------------------------------------------------------------------------------------------------------ sinks
 
 
-def sinks_of(folder: Path) -> list[FileSink]:
-    return [
-        FileSink(AppendableNetCDF(folder / "truth.nc"), lambda turn: turn.truth),
-        FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes),
-        FileSink(AppendableNetCDF(folder / "maps.nc"), lambda turn: turn.maps, stage="maps"),
-    ]
-
-
-@pytest.mark.parametrize("place", [0, 2, 3])
+@pytest.mark.parametrize("behind", [False, True])
 @pytest.mark.parametrize("error", [OSError("no room"), KeyboardInterrupt()])
-def test_a_sink_that_raises_leaves_the_others_whole(
-    finished: list[FinishedTurn], tmp_path: Path, place: int, error: BaseException
+def test_a_sink_that_raises_leaves_the_store_whole(
+    finished: list[FinishedTurn], tmp_path: Path, behind: bool, error: BaseException
 ) -> None:
-    """Wherever it stands among them: before, between and after the files, all hold the two turns that it took."""
-    failing, memory, sinks = Failing(2, error), Memory(), sinks_of(tmp_path)
+    """All products of the store end with the same turn: the last that it was given."""
+    failing, store = Failing(2, error), store_sink(tmp_path)
     with pytest.raises(type(error)):
-        deliver(finished, [memory, *sinks[:place], failing, *sinks[place:]])
+        deliver(finished, [store, failing] if behind else [failing, store])
+    turns = 3 if behind else 2
     assert failing.taken == 2
-    voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:2]])
-    assert memory.echoes["voltage"].values.tobytes() == voltage.tobytes()
-    assert_array_equal(memory.truth["polar"]["turn"].values, [0, 1])
-    stored = open_echoes(tmp_path / "echoes.zarr")
-    assert stored.attrs["complete_turns"] == 2
+    voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:turns]])
+    stored = open_echoes(tmp_path)
+    assert stored.attrs["complete_turns"] == turns
     assert stored["voltage"].values.tobytes() == voltage.tobytes()
     for product in ("truth", "maps"):
         with xr.open_datatree(tmp_path / f"{product}.nc") as tree:
             for group in ("polar", "ground"):
-                assert_array_equal(tree[group]["turn"].values, [0, 1])
-    assert {path.name for path in tmp_path.iterdir()} == {"echoes.zarr", "maps.nc", "truth.nc"}
+                assert_array_equal(tree[group]["turn"].values, np.arange(turns))
+    assert {path.name for path in tmp_path.iterdir()} == {"run.zarr", "maps.nc", "truth.nc"}
 
 
-def test_a_first_turn_that_one_sink_cannot_take_leaves_no_file(finished: list[FinishedTurn], tmp_path: Path) -> None:
+def test_a_first_turn_that_the_store_does_not_get_leaves_no_file(finished: list[FinishedTurn], tmp_path: Path) -> None:
     with pytest.raises(OSError, match="no room"):
-        deliver(finished, [*sinks_of(tmp_path), Failing(0, OSError("no room"))])
+        deliver(finished, [Failing(0, OSError("no room")), store_sink(tmp_path)])
     assert not list(tmp_path.iterdir())
 
 
-def test_a_store_goes_on_after_a_turn_was_taken_back(finished: list[FinishedTurn], tmp_path: Path) -> None:
-    store, file = EchoStore(tmp_path / "echoes.zarr"), AppendableNetCDF(tmp_path / "truth.nc")
-    with store, file:
-        for number in (0, 1):
-            for _ in range(2):
-                store.append(finished[number].echoes)
-                file.append(finished[number].truth)
-                store.rollback()
-                file.rollback()
-            store.append(finished[number].echoes)
-            file.append(finished[number].truth)
-    voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:2]])
-    assert open_echoes(tmp_path / "echoes.zarr")["voltage"].values.tobytes() == voltage.tobytes()
-    with xr.open_datatree(tmp_path / "truth.nc") as truth:
-        stored, second = truth["polar"].to_dataset(), finished[1].truth["polar"].to_dataset()
-        assert_array_equal(stored["turn"].values, [0, 1])
-        assert_array_equal(stored["height"].values[1], second["height"].values[0])
-
-
 def test_the_figures_hold_what_sinks_took(finished: list[FinishedTurn], tmp_path: Path) -> None:
-    figures = deliver(finished, sinks_of(tmp_path))
+    further = Failing(TURNS, RuntimeError())
+    further.stage = "maps"
+    figures = deliver(finished, [store_sink(tmp_path), further])
     for turn, kept in zip(finished, figures, strict=True):
         assert kept.counts == turn.counts
         assert kept.timing["write"] > 0.0

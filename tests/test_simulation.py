@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.errors import InputError
-from seamap_rt.interferometry import open_echoes, retrieve
+from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.report.headline import fold_warning, ground_warning, run_facts
@@ -55,7 +57,7 @@ def two_turns() -> Simulation:
 
 def test_memory_and_disk_hold_the_same(two_turns: Simulation, tmp_path: Path) -> None:
     stored = simulate(scene(turns=2), tmp_path / "new" / "folder")
-    assert sorted(path.name for path in (tmp_path / "new" / "folder").iterdir()) == ["echoes.zarr", "truth.nc"]
+    assert sorted(path.name for path in (tmp_path / "new" / "folder").iterdir()) == ["run.zarr", "truth.nc"]
     assert set(stored.echoes.variables) == set(two_turns.echoes.variables)
     assert set(stored.echoes.coords) == set(two_turns.echoes.coords)
     assert stored.echoes.attrs.items() >= two_turns.echoes.attrs.items()
@@ -78,14 +80,13 @@ def test_nothing_of_the_sea_is_in_the_echoes(two_turns: Simulation) -> None:
 
 
 def test_maps_have_the_same_bits_without_truth_and_scene(tmp_path: Path) -> None:
-    """Truth and scene beside the echoes: as they are, the truth full of NaN, and both taken away."""
+    """Truth and scene beside the echoes: as they are, the truth full of NaN, and both taken away; in the store too."""
     folder = tmp_path / "run"
     simulate(scene(turns=1), folder).truth.close()
     (folder / "scene.toml").write_text(scene(turns=1).to_toml(), encoding="utf-8")
 
     def maps() -> dict[str, bytes]:
-        with open_echoes(folder / "echoes.zarr") as echoes:
-            tree = retrieve(echoes)
+        tree = retrieve(folder)
         groups = {group: tree[group].to_dataset() for group in ("polar", "ground")}
         return {f"{group}/{name}": data[name].values.tobytes() for group, data in groups.items() for name in data}
 
@@ -93,7 +94,12 @@ def test_maps_have_the_same_bits_without_truth_and_scene(tmp_path: Path) -> None
     with xr.open_datatree(folder / "truth.nc") as truth:
         hidden = truth.load().map_over_datasets(lambda data: data * np.nan)
     hidden.to_netcdf(folder / "truth.nc", engine="h5netcdf")
+    for name in ("polar", "ground"):
+        height = zarr.open_group(folder / "run.zarr", mode="r+")[f"truth/{name}/height"]
+        assert isinstance(height, zarr.Array)
+        height[...] = np.nan
     assert maps() == first
+    shutil.rmtree(folder / "run.zarr" / "truth")
     (folder / "truth.nc").unlink()
     (folder / "scene.toml").unlink()
     assert maps() == first
@@ -292,7 +298,7 @@ def test_isotropic_antenna_is_refused_for_a_sea() -> None:
 
 def test_earlier_results_are_replaced_only_when_told(tmp_path: Path) -> None:
     simulate(scene(), tmp_path)
-    with pytest.raises(InputError, match=r"holds another run's echoes\.zarr"):
+    with pytest.raises(InputError, match=r"holds another run's run\.zarr"):
         simulate(scene(seed=2), tmp_path)
     again = simulate(scene(seed=2), tmp_path, overwrite=True)
     assert_array_equal(again.echoes["voltage"].values, simulate(scene(seed=2)).echoes["voltage"].values)

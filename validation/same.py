@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-PRODUCTS = ("echoes.zarr", "maps.nc", "truth.nc")
+PRODUCTS = ("run.zarr", "maps.nc", "truth.nc")
 FURTHER = ("gauges.nc", "prediction.nc", "expected.nc")  # where they are
 SCENES = ("choppy_sea", "harbour", "rough_ride", "pier", "magnetron_pair", "wind_and_swell")
 _TURN = """
@@ -49,8 +49,8 @@ def main() -> None:
     parser.add_argument("--only", action="append", choices=SCENES, help="of the scenes, as often as wanted")
     arguments = parser.parse_args()
     for folder in (arguments.old, arguments.new):
-        if not ((folder / "seamap_rt").is_dir() or (folder / "echoes.zarr").is_dir()):
-            parser.error(f"{folder}: holds neither a program (seamap_rt) nor results (echoes.zarr); give one that does")
+        if not ((folder / "seamap_rt").is_dir() or _stores(folder)):
+            parser.error(f"{folder}: holds neither a program (seamap_rt) nor results (run.zarr); give one that does")
     programs = [folder for folder in (arguments.old, arguments.new) if (folder / "seamap_rt").is_dir()]
     if len(programs) == 1:
         parser.error(f"{programs[0]}: is a program, and the other folder is none; give two of a kind")
@@ -98,8 +98,8 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
 
 def arrays(folder: Path, products: Sequence[str] = (*PRODUCTS, *FURTHER)) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
     """The arrays of these products in a folder of results, by file, group and name."""
-    if "echoes.zarr" in products:
-        with xr.open_zarr(folder / "echoes.zarr", consolidated=False) as echoes:
+    for store, group in _stores(folder) if "run.zarr" in products else ():
+        with xr.open_zarr(store, group=group) as echoes:
             yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
     for file in (name for name in products if name.endswith(".nc")):
         if file in FURTHER and not (folder / file).exists():
@@ -108,6 +108,12 @@ def arrays(folder: Path, products: Sequence[str] = (*PRODUCTS, *FURTHER)) -> Ite
             for group in tree.groups:
                 data = tree[group].to_dataset()
                 yield from ((f"{file}{group} {name}", data[name].values) for name in data.variables)
+
+
+def _stores(folder: Path) -> list[tuple[Path, str | None]]:
+    """Where the echoes of a folder are, and their group; an earlier version has them in a store of their own."""
+    stores = (folder / "run.zarr", "echoes"), (folder / "echoes.zarr", None)
+    return [(store, group) for store, group in stores if store.is_dir()]
 
 
 def _distance(old: np.ndarray[Any, Any], new: np.ndarray[Any, Any]) -> float:

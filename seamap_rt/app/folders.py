@@ -17,8 +17,8 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from ..errors import InputError
 from ..io.opening import LONG, check_file, read_json
+from ..io.reading import is_there
 from ..io.scenefile import read_toml
-from ..io.turn_files import part_of
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -94,10 +94,8 @@ def unreadable_product(folder: Path, holds: Callable[[Path], bool]) -> str:
     with os.scandir(folder) as found:
         entries = list(found)
     for entry in entries:
-        if entry.name.endswith(".part") and entry.is_dir(follow_symlinks=False):  # the turns of one that grows
-            if odd := unreadable_product(Path(entry.path), holds):
-                return odd
-            continue
+        if entry.name.endswith(".zarr") and not holds(Path(entry.path)):
+            return f"{entry.name}: links to a place that this page may not read; copy the folder"
         if entry.name.endswith(_PRODUCTS) and not entry.is_file(follow_symlinks=False):
             try:
                 check_file(entry.path, "a result", named=entry.name)
@@ -160,7 +158,7 @@ def kind_of(folder: Path, files: set[str] | None = None) -> str | None:
     """What wrote a folder; None for one that holds no results."""
     there = files if files is not None else {path.name for path in folder.iterdir()}
     for kind, products in KINDS.items():
-        if all(product in there or part_of(folder / product).name in there for product in products):
+        if all(product in there or is_there(folder / product) for product in products):
             return kind
     return None
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
-from ..io.turn_files import GrowingFile, part_of, read_whole_turns
+from ..io.reading import is_there, read_whole_turns
 from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
@@ -35,17 +35,17 @@ _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | None:
     """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
     path = folder / "prediction.nc"
-    if not path.exists() and not part_of(path).exists():
+    if not is_there(path):
         return None
 
-    def read(file: GrowingFile) -> tuple[int, NDArray[Any], dict[str, NDArray[Any]]] | None:
-        issues = np.asarray(file.array("issue")[:])
+    def read(file: Any) -> tuple[int, NDArray[Any], dict[str, NDArray[Any]]] | None:
+        issues = np.asarray(file["issue"][:])
         held = np.flatnonzero(issues <= last)
         if not held.size:
             return None
         names = ("elevation", "elevation_std", "quiet", "maximum_prediction_time")
-        found = {name: np.asarray(file.array(name)[int(held[-1])])[..., 0] for name in names if name in file}
-        return int(issues[held[-1]]), np.asarray(file.array("lead")[:], dtype=np.float64), found
+        found = {name: np.asarray(file[name][int(held[-1])])[..., 0] for name in names if name in file}
+        return int(issues[held[-1]]), np.asarray(file["lead"][:], dtype=np.float64), found
 
     whole = read_whole_turns(path, read)
     if whole is None:
@@ -252,5 +252,5 @@ class IssuesPanel:
             await self._panel.show_issue(self._folder, self._issues[at])
 
 
-def _issues(file: GrowingFile) -> list[int]:
-    return [int(each) for each in np.asarray(file.array("issue")[:])]
+def _issues(file: Any) -> list[int]:
+    return [int(each) for each in np.asarray(file["issue"][:])]

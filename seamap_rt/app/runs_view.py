@@ -101,7 +101,7 @@ class RunsView:
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""
         folder = self.page.server.free_folder(f"{name}-maps")
-        echoes = self.page.server.roots.run(name) / "echoes.zarr"
+        echoes = self.page.server.roots.run(name)
         self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
 
 

@@ -20,8 +20,8 @@ from ..conventions import ground_range
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..io.opening import LONG, read_json
+from ..io.reading import ResultsFile, is_there
 from ..io.scenefile import read_toml
-from ..io.turn_files import GrowingFile, part_of, read_whole_turns
 from ..report import maps, reduce, style
 from ..scene import Scene, scene_of
 from ..schema import SCHEMA
@@ -59,18 +59,18 @@ class Results:
             raise InputError(f"{folder.name}: holds no maps; choose the folder of a run, or run it")
         self._kept: OrderedDict[tuple[str, int], Array] = OrderedDict()
         self._lock = threading.Lock()
-        self._open: dict[str, GrowingFile] = {}
+        self._files = {path: ResultsFile(path) for path in (self.maps, self.truth)}
 
     # --------------------------------------------------------------------------------------------- what there is
 
     @property
     def has_truth(self) -> bool:
-        return self.truth.exists() or part_of(self.truth).exists()
+        return is_there(self.truth)
 
     @property
     def has_maps(self) -> bool:
         """Whether anything was retrieved: a simulation alone has the true sea and the echoes."""
-        return self.maps.exists() or part_of(self.maps).exists()
+        return is_there(self.maps)
 
     @property
     def _main(self) -> Path:
@@ -85,9 +85,9 @@ class Results:
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._read(self._main, lambda file: file.array("polar/turn")[:])]
+            numbers = [int(each) for each in self._files[self._main].read(lambda file: file["polar/turn"][:])]
             if self.has_truth and self.has_maps:
-                numbers = numbers[: self._read(self.truth, lambda file: len(file.array("polar/turn")))]
+                numbers = numbers[: self._files[self.truth].read(lambda file: file["polar/turn"].shape[0])]
         except OSError:
             return []
         return numbers
@@ -95,11 +95,11 @@ class Results:
     def layout(self) -> Layout:
         """The cells of polar and ground maps. OSError before the first turn."""
 
-        def read(file: GrowingFile) -> Layout:
+        def read(file: Any) -> Layout:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
-            return Layout(*(np.asarray(file.array(name)[:], dtype=np.float64) for name in names))
+            return Layout(*(np.asarray(file[name][:], dtype=np.float64) for name in names))
 
-        return self._read(self._main, read)
+        return self._files[self._main].read(read)
 
     def scene(self) -> Scene | None:
         """That was run; None of a retrieval, which knows none, and of a scene of another version."""
@@ -127,7 +127,7 @@ class Results:
             if (name, index) in self._kept:
                 self._kept.move_to_end((name, index))
                 return self._kept[name, index]
-        values = self._read_of(name, lambda file, path: np.asarray(file.array(path)[index], dtype=np.float32))
+        values = self._read_of(name, lambda file, path: np.asarray(file[path][index], dtype=np.float32))
         with self._lock:
             self._kept[name, index] = values
             while len(self._kept) > 1 and sum(each.nbytes for each in self._kept.values()) > _KEPT_BYTES:
@@ -143,34 +143,21 @@ class Results:
 
     def attributes(self, name: str) -> dict[str, Any]:
         """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
-        found = self._read_of(name, lambda file, path: file.attributes(path))
+        found = self._read_of(name, lambda file, path: dict(file[path].attrs))
         return {key: _plain(each) for key, each in found.items()}
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        return float(np.min(self._read(self._main, lambda file: file.array("polar/time")[index])))
+        return float(np.min(self._files[self._main].read(lambda file: file["polar/time"][index])))
 
-    def _read_of(self, name: str, read: Callable[[GrowingFile, str], Result]) -> Result:
+    def _read_of(self, name: str, read: Callable[[Any, str], Result]) -> Result:
         tree, path = name.split("/", 1)
-        return self._read({"maps": self.maps, "truth": self.truth}[tree], lambda file: read(file, path))
-
-    def _read(self, path: Path, read: Callable[[GrowingFile], Result]) -> Result:
-        """Of a file that is finished, which stays open, or of one that grows."""
-        try:
-            with self._lock:
-                if path.name not in self._open and path.exists():
-                    self._open[path.name] = GrowingFile(path)
-                held = self._open.get(path.name)
-            return read_whole_turns(path, read) if held is None else read(held)
-        except (IndexError, ValueError) as error:
-            raise OSError(f"{path.name}: {error}") from None
+        return self._files[{"maps": self.maps, "truth": self.truth}[tree]].read(lambda file: read(file, path))
 
     def close(self) -> None:
         """Close what is open."""
-        with self._lock:
-            for file in self._open.values():
-                file.close()
-            self._open.clear()
+        for file in self._files.values():
+            file.close()
 
 
 def _plain(value: Any) -> Any:
@@ -206,7 +193,7 @@ class Source:
                 square = self.layout.range**2 - self.results.field("maps/polar/ground_range", 0).astype(np.float64) ** 2
                 known = square[np.isfinite(square)]
                 return float(np.sqrt(max(np.median(known), 0.0))) if known.size else 0.0
-            return float(open_echoes(self.results.folder / "echoes.zarr").attrs["height_m"])
+            return float(open_echoes(self.results.folder).attrs["height_m"])
         except (InputError, SchemaError, OSError, KeyError, IndexError, ValueError):
             return 0.0
 
@@ -306,7 +293,7 @@ class Source:
         """Mean power of the echoes (look, gate), and its unit; the cells' signal to noise ratio where they are gone."""
         try:
             if self._echoes is None or int(self._echoes["turn"].values[-1]) < index:
-                self._echoes = open_echoes(self.results.folder / "echoes.zarr")
+                self._echoes = open_echoes(self.results.folder)
             echoes, noise = self._echoes, reduce.number(self._echoes.attrs.get("noise_power_w", 0.0))
             power, _ = reduce.mean_power(echoes, self.layout.azimuth, self.results.turns()[index], 1.8)
             order, _ = reduce.look_edges(self.layout.azimuth, 1.8)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import SchemaError
 from ..gauges import judge_one
-from ..io.turn_files import GrowingFile, read_whole_turns
+from ..io.reading import is_there, read_whole_turns
 from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report.advice_figure import advice_picture
 from ..report.forecast_figures import BoatForecast
@@ -204,8 +204,7 @@ _FIGURES = (  # of `judge_one`: words, unit, digits
 
 def has_gauges(results: Results) -> bool:
     """Whether a run writes, or wrote, what gauges read."""
-    path = results.folder / "gauges.nc"
-    return path.exists() or any(results.folder.glob(f".{path.name}*"))
+    return is_there(results.folder / "gauges.nc")
 
 
 def read_gauges(results: Results) -> xr.Dataset:
@@ -213,9 +212,9 @@ def read_gauges(results: Results) -> xr.Dataset:
     return read_whole_turns(results.folder / "gauges.nc", _read)
 
 
-def _read(file: GrowingFile) -> xr.Dataset:
+def _read(file: Any) -> xr.Dataset:
     def values(name: str) -> np.ndarray[Any, Any]:
-        return np.asarray(file.array(name)[:])
+        return np.asarray(file[name][:])
 
     names = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values("gauge")]
     variables: dict[str, Any] = {name: (("gauge", "turn"), values(name)) for name in _TURN if name in file}

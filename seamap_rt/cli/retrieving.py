@@ -146,6 +146,7 @@ def recover(folder: Annotated[Path, about("Of the run.")], /) -> int:
     """Put what a kill or a full disk has left of a run under its own names: every turn that is whole in all its
     files."""
     from ..io.recovery import recover as recover_folder
+    from ..io.results_folder import RUN
 
     found = recover_folder(folder)
     if found is None:
@@ -156,7 +157,7 @@ def recover(folder: Annotated[Path, about("Of the run.")], /) -> int:
         return 0
     whole = f"all {found.unit}" if found.complete is None else f"{found.complete} whole {found.unit}"
     missing = [name for name in ("metrics.json", "report.html") if not (folder / name).exists()]
-    rest = f"; {' and '.join(missing)} are missing" if "maps.nc" in found.files and "echoes.zarr" in found.files else ""
+    rest = f"; {' and '.join(missing)} are missing" if RUN in found.files and "maps.nc" in found.files else ""
     console.print(f"{folder}: {whole} in {', '.join(found.files)}{rest if missing else ''}")
     return 0
 
@@ -171,11 +172,11 @@ _EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)|polar_cfradial\.nc")
 
 
 @command(
-    "retrieve runs/choppy_sea-1/echoes.zarr --out again",
+    "retrieve runs/choppy_sea-1 --out again",
     "retrieve night.npz --header header.toml --to geotiff --at 54.32,-7.5",
 )
 def retrieve(
-    echoes: Annotated[Path, about("A Zarr store, or a recording as .npz, .mat, .h5, .hdf5 or .nc.")],
+    echoes: Annotated[Path, about("Folder of a run, a Zarr store, or a recording as .npz, .mat, .h5, .hdf5 or .nc.")],
     *,
     header: Path | None = None,
     name: Names | None = None,
@@ -190,7 +191,7 @@ def retrieve(
     overwrite: Annotated[bool, about("Replace an earlier maps.nc.")] = False,
     set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, in place of what the echoes carry.")] = None,
 ) -> int:
-    """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
+    """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth.
 
     What the echoes say of themselves (sign of the phase, offsets, gaps, gain) is inspected first: what is surely wrong
     is refused, what is doubtful is said in the first lines and in retrieval.html.
@@ -217,7 +218,7 @@ def retrieve(
 
     settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_).model_dump(exclude_unset=True)
     if not echoes.exists():
-        wanted = {"": "an echoes.zarr or of a recording", ".zarr": "an echoes.zarr"}.get(echoes.suffix, "a recording")
+        wanted = {"": "a run's folder or of a recording", ".zarr": "a run.zarr"}.get(echoes.suffix, "a recording")
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of {wanted}")
     for option, value in (("--follow", follow), ("--wind-from", wind_from or 0.0)):
         if not math.isfinite(value) or (option == "--follow" and value < 0.0):
@@ -227,6 +228,7 @@ def retrieve(
     import xarray as xr  # these take two seconds: what was typed is checked before
 
     from ..conventions import turn_name
+    from ..interferometry.checks import store_of_echoes
     from ..io.exports import export, headings
     from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
@@ -238,10 +240,11 @@ def retrieve(
         polar = turn.maps["polar"].to_dataset()
         console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
 
-    folder = out or echoes.parent
+    home = store_of_echoes(echoes)[0].parent
+    folder = out or home
     earlier = tuple(path.name for path in folder.glob("*.*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)
-    refuse_unfinished(echoes.parent, "ECHOES")
+    refuse_unfinished(home, "ECHOES")
     with streaming(stream, stream_format) as broadcast, results_folder(folder, overwrite, (MAPS,)):
         tell = [print_turn] if follow else []
         if broadcast is not None:

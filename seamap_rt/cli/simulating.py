@@ -111,7 +111,7 @@ def run(
             console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
     else:
         console.print("what was modelled and what was left out: the report, or --account")
-    console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
+    console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, run.zarr, metrics.json, scene.toml)")
     return 0
 
 
@@ -126,7 +126,7 @@ def simulate(
     overwrite: Overwrite = False,
     set_: SceneKeys = None,
 ) -> int:
-    """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc."""
+    """Simulate a scene's echoes and the truth beside them: run.zarr and truth.nc."""
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     describe_record(loaded)
     from ..session import simulate as simulate_scene
@@ -134,7 +134,7 @@ def simulate(
     with progress() as say:
         say("sea: drawing it, and preparing the tracer")
         simulate_scene(loaded, out, overwrite=overwrite, progress=say)
-    console.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")
+    console.print(f"{out / 'run.zarr'}, {out / 'truth.nc'}")
     return 0
 
 

@@ -4,9 +4,6 @@ A pulse whose time, azimuth, attitude or place is not known belongs to no cell. 
 gates that are not evenly spaced, would make heights that look right.
 
 Echoes from a Zarr store: whole turns, or refused in one line.
-
-A process that is killed while the store grows leaves arrays of unequal length, the last turn in part: they are read as
-far as all turns are whole.
 """
 
 from __future__ import annotations
@@ -25,9 +22,10 @@ import zarr
 from ..conventions import turn_name
 from ..dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES, check
 from ..errors import InputError, SchemaError, must_be
-from ..io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
+from ..io.growing_store import EVERY_CHUNK, ORDER, check_chunks
 from ..io.opening import bytes_held, check_declared_size, check_store
 from ..io.process import filter_asyncio_log
+from ..io.results_folder import RUN
 from ..io.text import plain_attribute, rounded_up
 from ..io.validation import validate
 from ..radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
@@ -39,47 +37,50 @@ from .description import RadarDescription
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once
 _MAY_LACK = ("transmitter", "turn", "attitude", "flag", "saturated")  # where zeros, and nothing else, are usual
 _INDEXES = ("pulse", "range", "receiver", "antenna", "xyz")
+_GROUP = "echoes"  # of a run's store
+_UNFINISHED = "complete_pulses"  # attribute of an echoes.zarr that an earlier version writes, or has left
 _MOST_PULSES = 1e9  # a day at 10 kHz
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
     """Echoes from a Zarr store, complete turns only, also while it grows.
 
+    path: of the store, of a run's `run.zarr`, whose group `echoes` alone is opened, or of the folder of either.
     Raises SchemaError for a store that does not keep the schema, InputError for what is no store, or lacks a chunk.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what else lies in the folder: what matters is checked after
-            check_store(path, "an echoes.zarr", named=f"ECHOES = '{path}'")
-            dataset = _opened(path)
+            store, group = store_of_echoes(Path(path))
+            check_store(store, "a store of echoes", named=f"ECHOES = '{path}'", group=group)
+            dataset = _opened(store, group)
             dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
-            return _whole_turns(dataset, Path(path))
+            return _whole_turns(dataset, store / group)
     except (InputError, SchemaError):
         raise
     except Exception as error:  # a damaged store raises exceptions of many types
         what = f"{type(error).__name__}: {error}"
         filter_asyncio_log()
-    raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole echoes.zarr")
+    raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole run.zarr")
 
 
-def _opened(path: str | Path) -> xr.Dataset:
-    """A store whose arrays may be of unequal length: so many pulses as all have."""
-    group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
-    arrays = dict(group.arrays())
-    lengths = {name: array.shape[0] for name, array in arrays.items() if names_of(array)[:1] == ("pulse",)}
-    least = min(lengths.values(), default=0)
-    if Path(path).is_dir():  # what xarray reads at once
-        counted = group.attrs.get(PULSES, least)
-        check_chunks(Path(path), {"pulse": min(int(str(counted)), least)}, _MAY_LACK, [*_INDEXES, "turn"])
-    parts = []
-    for length in sorted(set(lengths.values()) or {0}):
-        others = [name for name in lengths if lengths[name] != length]
-        part = xr.open_zarr(path, consolidated=False, zarr_format=3, drop_variables=others)
-        parts.append(part.isel(pulse=slice(0, least)) if "pulse" in part.dims else part)
-    whole, *others = parts
-    for part in others:
-        whole = whole.assign({name: part[name] for name in part.variables if name not in whole.variables})
-    return whole
+def store_of_echoes(path: Path) -> tuple[Path, str]:
+    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it."""
+    if path.name == _GROUP and path.parent.name == RUN:
+        return path.parent, _GROUP
+    for name in (RUN, "echoes.zarr"):
+        path = path / name if (path / name).is_dir() else path
+    return (path, _GROUP) if (path / _GROUP).is_dir() else (path, "")
+
+
+def _opened(store: Path, group: str) -> xr.Dataset:
+    """As long as a run's store says that it is whole."""
+    lengths = dict[str, int]()
+    if group:
+        root: Any = zarr.open_group(store, mode="r", zarr_format=3, use_consolidated=True)
+        lengths["pulse"] = root[group]["turn"].shape[0]
+    check_chunks(store / group, lengths, _MAY_LACK, [*_INDEXES, "turn"])  # what xarray reads at once
+    return xr.open_zarr(store, group=group or None, consolidated=bool(group), zarr_format=3)
 
 
 def read_turn(echoes: xr.Dataset) -> xr.Dataset:
@@ -100,17 +101,17 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         raise SchemaError(
             f"echoes: hold {dataset.sizes['pulse']:.3g} pulses: must be at most {_MOST_PULSES:.3g}; split the record"
         )
-    counted = dataset.attrs.pop(PULSES, dataset.sizes["pulse"])  # while it grows: beyond, all looks like turn 0
-    numbers = dataset["turn"].values[: int(counted)]
-    whole = int(np.count_nonzero(numbers < float(dataset.attrs["complete_turns"])))
-    if path.is_dir():
-        check_chunks(path, {"pulse": whole}, _MAY_LACK)
+    if _UNFINISHED in dataset.attrs:
+        raise InputError(f"ECHOES = '{path}': an earlier version left it unfinished, and recovers it")
+    whole = int(np.count_nonzero(dataset["turn"].values < float(dataset.attrs["complete_turns"])))
+    check_chunks(path, {"pulse": whole}, _MAY_LACK)
     dataset = dataset.isel(pulse=slice(0, whole))
     once = [name for name in dataset.variables if name not in _BULK]
     check_declared_size(f"ECHOES = '{path}'", sum(dataset[name].nbytes for name in once), bytes_held(path))
     for name in once:
         dataset[name].load()
-    dataset.attrs.pop(EVERY_CHUNK, None)  # of the store: who writes these echoes elsewhere may leave some out
+    for name in (EVERY_CHUNK, ORDER):  # of the store: who writes these echoes elsewhere may leave chunks out
+        dataset.attrs.pop(name, None)
     return dataset
 
 

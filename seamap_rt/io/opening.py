@@ -352,19 +352,20 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
     return "h5netcdf"
 
 
-def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None) -> None:
+def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None, group: str = "") -> None:
     """Raise InputError for a folder that is no Zarr store of regular files, links followed to such below it, or whose
-    vectors and chunks do not fit: before Zarr reads one."""
+    vectors and chunks do not fit: before Zarr reads one. group: all but the root's description that is read of it."""
     called, root, need, held = named or os.fspath(path), Path(path), 0, 0
     if not any((root / name).exists() for name in _DESCRIPTIONS):
         raise OSError("no Zarr store")
-    for at, _, names in os.walk(root):
+    own = [(root, [], [name for name in _DESCRIPTIONS if (root / name).exists()])] if group else []
+    for at, _, names in (*own, *os.walk(root / group)):
         for name in names:
             file = os.path.join(at, name)
             if name in _DESCRIPTIONS:
                 rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
                 content = read_json(file, f"{wanted} of regular files", **rules)
-                need += _least_read(content) if isinstance(content, dict) and "shape" in content else 0
+                need += _least_read(content)
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows
                 if not stat.S_ISREG(os.lstat(file).st_mode):
@@ -374,10 +375,13 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
 
 
 def _least_read(content: dict[str, Any]) -> int:
-    """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk."""
+    """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk. Of a group that
+    describes its arrays ("consolidated metadata"), to all of them."""
     import numpy as np
 
     try:
+        if "shape" not in content:
+            return sum(map(_least_read, content["consolidated_metadata"]["metadata"].values()))
         grid = [
             content.get("chunk_grid", {}),
             *(each for each in content.get("codecs") or () if "shard" in each["name"]),

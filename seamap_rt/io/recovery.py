@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import NamedTuple
-from zipfile import BadZipFile
 
 from ..errors import InputError
-from .results_folder import FULL, finished, held_folder, remove_hidden, unfinished
+from .results_folder import FILE, FULL, OF_RUN, RUN, finished, held_folder, hidden_store, remove_hidden, remove_tree
+from .results_folder import unfinished as left_in
 
-_OPTION, _FORECASTS = "DIR", "prediction.nc"
+_OPTION = "DIR"
 
 
 class Recovery(NamedTuple):
@@ -24,66 +24,57 @@ class Recovery(NamedTuple):
 
 
 def recover(folder: str | Path) -> Recovery | None:
-    """Put the turns that are whole in all files of a killed run under the files' own names; None if there is nothing.
+    """Put the turns that are whole of a killed run under its files' own names; None if there is nothing.
 
-    Turns that only some of the files have go. May itself be killed and called again.
-    Raises InputError for a folder that is not there, into which a process writes, or whose files are damaged, and
-    OSError where the disk is full.
+    May itself be killed and called again.
+    Raises InputError for a folder that is not there, into which a process writes, or whose files are damaged or an
+    earlier version's, and OSError where the disk is full.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{_OPTION} = '{folder}': no such folder; give the folder of a run")
     with held_folder(folder, _OPTION):
-        left = unfinished(folder)
+        left = left_in(folder)
         if left is None:
             remove_hidden(folder)
             return None
+        _refuse_earlier(folder, left.files)
         try:
             complete = _recovered(folder, left.files)
-        except (OSError, ValueError, KeyError, RuntimeError, BadZipFile) as error:
+        except Exception as error:  # a damaged store raises exceptions of many types
             if isinstance(error, OSError) and error.errno in FULL:
                 raise
             raise InputError(
                 f"{_OPTION} = '{folder}': cannot be recovered ({error}); run it again with --overwrite"
             ) from None
-        if complete == 0 and "echoes.zarr" in left.files:  # a scene without results would look like another run's
+        if complete == 0 and RUN in left.files:  # a scene without results would look like another run's
             (folder / "scene.toml").unlink(missing_ok=True)
         remove_hidden(folder)
         finished(folder)
         return Recovery(tuple(name for name in left.files if (folder / name).exists()), complete, left.unit)
 
 
+def _refuse_earlier(folder: Path, files: tuple[str, ...]) -> None:
+    earlier = [name for name in files if name == "echoes.zarr" or (folder / f".{name}.part").is_dir()]
+    if earlier:
+        raise InputError(
+            f"{_OPTION} = '{folder}': an earlier version left {earlier[0]} unfinished, and recovers it; or run it "
+            "again with --overwrite"
+        )
+
+
 def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
     """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
-    from .appendable import recover_netcdf  # loads xarray
-    from .echo_store import recover_echoes  # loads zarr
+    from .growing_store import GrowingStore  # loads zarr
 
-    growing = {name: turns for name in files if (turns := _whole(folder / name)) is not None}
-    if not growing:
-        return None
-    forecasts = {_FORECASTS} if len(growing) > 1 else set()  # of a run, whose first turns may show no sea to forecast
-    turns = min(growing[name] for name in growing.keys() - forecasts)
-    for name in growing:
-        made = _issued(folder / name, turns) if name in forecasts else turns
-        (recover_echoes if name.endswith(".zarr") else recover_netcdf)(folder / name, made)
-    return turns
-
-
-def _issued(path: Path, turns: int) -> int:
-    """How many of the whole forecasts of a file are of the first so many turns."""
-    if not _whole(path):
-        return 0
-    from .turn_files import read_whole_turns
-
-    return read_whole_turns(path, lambda file: int((file.array("issue")[:] < turns).sum()))
-
-
-def _whole(path: Path) -> int | None:
-    """How many turns of a file are whole; None where it is finished."""
-    from .echo_store import is_growing, recoverable_turns  # loads zarr
-
-    if path.suffix == ".zarr":
-        return recoverable_turns(path) if is_growing(path) else None
-    from .turn_files import part_of, whole_turns  # loads h5py
-
-    return None if path.exists() else whole_turns(part_of(path))
+    stores = {hidden_store(folder / each): {FILE: folder / each} for each in files if not (folder / each).exists()}
+    if RUN in files:
+        stores = {folder / RUN: {OF_RUN[each]: folder / each for each in files if each in OF_RUN}}
+    turns = list[int]()
+    for path, made in stores.items():
+        store = GrowingStore.reopened(path, made) if path.exists() else GrowingStore(path)
+        store.close()
+        turns.append(store.complete)
+        if path.name != RUN or not store.complete:
+            remove_tree(path)
+    return min(turns) if turns else None

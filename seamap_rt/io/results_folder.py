@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 from ..compute.locks import LockHeldError, holder_of, locked, remove_abandoned
 from ..errors import InputError
-from .opening import read_json
+from .opening import LONG, read_json
 
 # What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
 _KINDS = {
-    "a run's": "echoes.zarr maps.nc truth.nc gauges.nc prediction.nc report.html evolution.gif polar_images",
+    "a run's": "run.zarr echoes.zarr maps.nc truth.nc gauges.nc prediction.nc report.html evolution.gif polar_images",
     "a trade's": "trade.html trade.json trade.csv trade.nc trade.png",
     "a shadowing study's": "shadowing.nc shadowing.csv shadowing.png shadowing_seen.png shadowing.html",
     "a sea's": "sea.nc recorded_sea.nc statistics.txt directional_spectrum.png sea_surface.png sea.gif from_mast.png",
@@ -30,7 +30,12 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk, or what it takes 
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
 # What products are called until they are whole, and after they were removed.
 _ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|tif|txt|unfinished"
-_HIDDEN = re.compile(rf"\.(.+\.({_ENDINGS}))\.(part|part\.journal|part\.journal\.part|removed)")
+_HIDDEN = re.compile(rf"\.(.+?\.({_ENDINGS}))\.(part|part\.journal|part\.journal\.part|zarr|zarr\.removed|removed)")
+RUN = "run.zarr"  # of a run's folder, the store of what grows
+OF_RUN = {"maps.nc": "maps", "truth.nc": "truth", "gauges.nc": "gauges", "prediction.nc": "forecast"}
+"""The groups of that store, beside `echoes`, by the files that are made of them."""
+FILE = "file"  # the group of a hidden store of which its file is made
+DESCRIPTION, FINISHED = "zarr.json", "finished"  # of a store, the file that describes it, and an attribute
 
 
 class UnfinishedFiles(NamedTuple):
@@ -95,7 +100,7 @@ def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterat
     write_whole(marker, json.dumps({"files": files, "unit": unit}))
 
     def left() -> bool:
-        return any((folder / f".{name}.part").exists() for name in files)
+        return any(is_unfinished(folder / name if name == RUN else hidden_store(folder / name)) for name in files)
 
     try:
         yield
@@ -107,6 +112,19 @@ def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterat
     finally:
         if not left():
             marker.unlink(missing_ok=True)
+
+
+def hidden_store(path: Path) -> Path:
+    """Where the turns of a file are that is not a run's, until it is whole."""
+    return path.with_name(f".{path.name}.zarr")
+
+
+def is_unfinished(store: Path) -> bool:
+    """Whether a store grows, or did when its process was stopped."""
+    try:
+        return not read_json(store / DESCRIPTION, most=LONG)["attributes"][FINISHED]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def unfinished(folder: Path) -> UnfinishedFiles | None:
@@ -141,16 +159,19 @@ def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     figures = [path.name for path in folder.glob("*.png")] if "report.html" in products else []
     names = {*products, *figures}
     for path in (folder / name for name in names):
-        if path.is_dir():  # first out of its name: half of a store is none
-            removed = path.with_name(f".{path.name}.removed")
-            shutil.rmtree(removed, ignore_errors=True)
-            shutil.rmtree(path.rename(removed))
-        else:
-            path.unlink(missing_ok=True)
+        remove_tree(path) if path.is_dir() else path.unlink(missing_ok=True)
     remove_hidden(folder, names)
     left = unfinished(folder)
     if left is not None and not names.isdisjoint(left.files):
         finished(folder)
+
+
+def remove_tree(path: Path) -> None:
+    """Remove a folder, if it is there: first out of its name, as half of a store is none."""
+    removed = path.with_name(f".{path.name.lstrip('.')}.removed")
+    shutil.rmtree(removed, ignore_errors=True)
+    if path.exists():
+        shutil.rmtree(path.rename(removed))
 
 
 def remove_hidden(folder: Path, names: Container[str] | None = None) -> None:

@@ -12,7 +12,7 @@ from matplotlib.image import imsave
 from ..dataset import build
 from ..errors import InputError, NoBackendError, report_partial_results
 from ..io.appendable import AppendableNetCDF
-from ..io.process import Progress, silent, uninterrupted
+from ..io.process import Progress, silent
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
@@ -150,8 +150,7 @@ def write_sea(
             for number, t in enumerate(seconds):
                 say(f"time {number + 1} of {seconds.size}: {t:g} s")
                 moment = camera.moment(float(t))
-                with uninterrupted():
-                    file.append(moment)
+                file.append(moment)
                 drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
         say("drawing")
         write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))

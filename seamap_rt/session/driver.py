@@ -1,4 +1,4 @@
-"""The one driver: a scene is simulated and retrieved turn by turn, and each finished turn goes to all sinks or none."""
+"""The one driver: a scene is simulated and retrieved turn by turn, and each finished turn goes to all sinks."""
 
 from __future__ import annotations
 
@@ -75,10 +75,6 @@ class Sink(AbstractContextManager[Any], Protocol):
 
     def turn(self, turn: FinishedTurn) -> None:
         """Take a turn, or raise and be as before it."""
-        ...
-
-    def rollback(self) -> None:
-        """Forget the turn taken last: another sink could not take it."""
         ...
 
     def __exit__(
@@ -172,8 +168,8 @@ def _finished(turn: Turn, retrieved: _Retrieved | None) -> FinishedTurn:
 def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFigures]:
     """Give each turn to all sinks, in their order, and return the turns' figures.
 
-    A turn that one sink cannot take is taken back from the others, and the error raised: what the sinks hold ends with
-    the same whole turn. Ctrl-C and SIGTERM wait until all have taken the turn.
+    Where a sink cannot take a turn, those behind it do not get it, and the error is raised: what must end with the same
+    turn is kept by one of them. Ctrl-C and SIGTERM wait until all have taken the turn.
     """
     figures: list[TurnFigures] = []
     with ExitStack() as entered:
@@ -181,12 +177,10 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
             entered.enter_context(sink)
         for turn in turns:
             clock = Stopwatch()
-            with uninterrupted(), ExitStack() as undo:
+            with uninterrupted():
                 for sink in sinks:
                     with clock(sink.stage):
                         sink.turn(turn)
-                    undo.callback(sink.rollback)
-                undo.pop_all()
             timing = _added(turn.timing, clock.seconds)
             figures.append(TurnFigures(timing, turn.counts, turn.begun, time.perf_counter()))
             del turn  # so that memory does not hold it beside the next one

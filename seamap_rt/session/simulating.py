@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -16,11 +15,10 @@ from ..echoes.video import polar_image
 from ..errors import must_be
 from ..gauges import gauge_series
 from ..interferometry import open_echoes
-from ..io.appendable import AppendableNetCDF
-from ..io.echo_store import EchoStore
+from ..io.growing_store import GrowingStore
 from ..io.polar_images import write_polar_image
 from ..io.process import Progress
-from ..io.results_folder import clear_folder, growing, results_folder
+from ..io.results_folder import OF_RUN, RUN, clear_folder, growing, results_folder
 from ..io.text import TableMixin
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
@@ -28,26 +26,16 @@ from ..simulation import Simulator
 from .driver import FinishedTurn, Sink, deliver, iterate
 
 
-class _AppendableFile(AbstractContextManager[Any], Protocol):
-    """A file that grows by whole turns, or a stand-in for one."""
-
-    def append(self, data: Any, /) -> None: ...
-
-    def rollback(self) -> None: ...
-
-
 class FileSink(Sink):
-    """Appends what `select` picks of each turn to a file, such as an EchoStore or an AppendableNetCDF."""
+    """Appends what `select` picks of each turn to a file, such as a GrowingStore or an AppendableNetCDF, which is
+    closed at the end."""
 
-    def __init__(self, file: _AppendableFile, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
+    def __init__(self, file: Any, select: Callable[[FinishedTurn], Any], stage: str = "write") -> None:
         self.stage = stage
         self._file, self._select = file, select
 
     def turn(self, turn: FinishedTurn) -> None:
         self._file.append(self._select(turn))
-
-    def rollback(self) -> None:
-        self._file.rollback()
 
     def __enter__(self) -> Self:
         self._file.__enter__()
@@ -57,16 +45,28 @@ class FileSink(Sink):
         return self._file.__exit__(*raised)
 
 
-def gauge_sink(file: AppendableNetCDF, simulator: Simulator) -> FileSink:
-    """Appends what the scene's gauges read in each turn (schema `gauges`). The turns must hold maps."""
-    scene, period = simulator.scene, simulator.installation.period
+def run_store(folder: Path, files: Sequence[str]) -> GrowingStore:
+    """The store of what a run's folder grows by; these files are made of it at the end."""
+    return GrowingStore(
+        folder / RUN, ("turn", "pulse", "sample", "issue"), {OF_RUN[name]: folder / name for name in files}
+    )
 
-    def read(turn: FinishedTurn) -> xr.Dataset:
+
+class GaugeSink(Sink):
+    """What the scene's gauges read in the latest turn (schema `gauges`). The turns must hold maps."""
+
+    stage = "truth"
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self.latest: xr.Dataset | None = None
+
+    def turn(self, turn: FinishedTurn) -> None:
         assert turn.maps is not None
+        simulator, period = self._simulator, self._simulator.installation.period
         middle = simulator.installation.sensed.pose(np.array([(turn.number + 0.5) * period])).origin[0, :2]
-        return gauge_series(turn.maps, simulator.sea, scene.gauges, turn.truth, turn_s=period, antenna_m=middle)
-
-    return FileSink(file, read, stage="truth")
+        of_turn = {"turn_s": period, "antenna_m": middle}
+        self.latest = gauge_series(turn.maps, simulator.sea, simulator.scene.gauges, turn.truth, **of_turn)
 
 
 IMAGES = "polar_images"
@@ -83,17 +83,11 @@ class ImageSink(Sink):
             "wind_speed_m_s": scattering.wind_speed_m_s,
             "wind_from_deg": scattering.wind_from_deg,
         }
-        self._last: Path | None = None
 
     def turn(self, turn: FinishedTurn) -> None:
         self._folder.mkdir(exist_ok=True)
         path = self._folder / f"turn-{turn.number + 1:04d}.pol"
         write_polar_image(path, polar_image(turn.echoes, self._radar, self._said))
-        self._last = path
-
-    def rollback(self) -> None:
-        assert self._last is not None
-        self._last.unlink()
 
 
 def image_sinks(folder: Path, simulator: Simulator) -> list[ImageSink]:
@@ -121,10 +115,6 @@ class Memory(Sink):
         self._echoes.append(turn.echoes)
         self._truth.append(turn.truth)
 
-    def rollback(self) -> None:
-        self._echoes.pop()
-        self._truth.pop()
-
     @property
     def echoes(self) -> xr.Dataset:
         """The echoes of all turns (schema `echoes`)."""
@@ -138,7 +128,7 @@ class Memory(Sink):
         return concatenate_turns(self._truth)
 
 
-PRODUCTS = ("echoes.zarr", "truth.nc", IMAGES)
+PRODUCTS = (RUN, "echoes.zarr", "truth.nc", IMAGES)  # the second of earlier versions
 
 
 @dataclass(frozen=True, repr=False)
@@ -175,10 +165,11 @@ def simulate(
 ) -> Simulation:
     """Simulate all turns of a scene, or of that which a file or a shipped scene's name stands for.
 
-    out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
-    datasets of the result are then read from there, and `radar.receiver.chain = "video"` leaves the picture of each
-    turn in `polar_images`, for `read_polar_images`. Without it everything stays in memory. Earlier echoes or truth in
-    that folder are replaced only with `overwrite`. progress: called with a line on each stage as it begins.
+    out: a folder into whose `run.zarr` echoes and truth are streamed turn by turn, so that memory holds one turn, with
+    `truth.nc` made at the end; the datasets of the result are then read from there, and `radar.receiver.chain =
+    "video"` leaves the picture of each turn in `polar_images`, for `read_polar_images`. Without it everything stays in
+    memory. Earlier echoes or truth in that folder are replaced only with `overwrite`. progress: called with a line on
+    each stage as it begins.
     Raises InputError for a scene that cannot be simulated, NoBackendError if rays are requested and cannot be traced.
     """
     scene = as_scene(scene)
@@ -194,10 +185,9 @@ def simulate(
         folder = Path(out)
         with results_folder(folder, overwrite, PRODUCTS):
             clear_folder(folder, PRODUCTS)
-            store, file = EchoStore(folder / "echoes.zarr"), AppendableNetCDF(folder / "truth.nc")
-            with growing(folder, PRODUCTS[:2]):
-                sinks = [FileSink(file, lambda t: t.truth), *image_sinks(folder, simulator)]
-                figures = deliver(turns, [*sinks, FileSink(store, lambda t: t.echoes)])
-        echoes, truth = open_echoes(store.path), xr.open_datatree(file.path)
+            store = FileSink(run_store(folder, ["truth.nc"]), lambda t: {"echoes": t.echoes, "truth": t.truth})
+            with growing(folder, (RUN, "truth.nc")):
+                figures = deliver(turns, [store, *image_sinks(folder, simulator)])
+        echoes, truth = open_echoes(folder / RUN), xr.open_datatree(folder / "truth.nc")
     facts = run_facts(scene, simulator.sea, simulator.surface)
     return Simulation(echoes, truth, [turn.timing for turn in figures], facts)

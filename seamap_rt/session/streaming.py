@@ -165,9 +165,6 @@ class StreamSink(Sink):
         polar = turn.maps["polar"].to_dataset().isel(turn=0)
         self._broadcast.send(self._line(self._composer.compose(turn.echoes, polar, self._source.latest)))
 
-    def rollback(self) -> None:
-        """What was sent was sent."""
-
 
 class RetrievalStream:
     """Forecasts maps as they are retrieved, on the boat's own course, and sends each turn's message."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,10 +18,9 @@ from ..errors import is_interruption, must_be
 from ..forecast_errors import VerifiedForecasts, judge_forecasts, true_elevation
 from ..gauges import judge
 from ..interferometry import open_echoes
-from ..io.appendable import AppendableNetCDF
-from ..io.echo_store import EchoStore
+from ..io.growing_store import GrowingStore
 from ..io.process import Progress, silent
-from ..io.results_folder import FULL, KINDS, clear_folder, growing, results_folder, write_whole
+from ..io.results_folder import FULL, KINDS, RUN, clear_folder, growing, results_folder, write_whole
 from ..io.text import to_json
 from ..measured import CoverageProfile
 from ..metrics import error_figures
@@ -33,7 +32,7 @@ from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from ..window_errors import Windows, judge_windows, observed_windows
 from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
-from .simulating import FileSink, concatenate_turns, gauge_sink, image_sinks
+from .simulating import FileSink, GaugeSink, concatenate_turns, image_sinks, run_store
 
 if TYPE_CHECKING:
     from ..io.stream import Broadcast
@@ -42,8 +41,8 @@ if TYPE_CHECKING:
 _EACH = 4  # cells between those at which the error is stated: it changes over wavelengths
 
 
-class ForecastSink:
-    """Appends a forecast of each turn after which a sea is known (schema `prediction`). The turns must hold maps.
+class ForecastSink(Sink):
+    """Makes a forecast of each turn after which a sea is known (schema `prediction`). The turns must hold maps.
 
     Keeps the forecasts and the sea that came, for the run's own comparison; the predictor sees maps alone.
     Raises InputError for a vessel that is none.
@@ -51,34 +50,25 @@ class ForecastSink:
 
     stage = "predict"
 
-    def __init__(self, file: AppendableNetCDF, simulator: Simulator) -> None:
-        self._file, self._simulator = file, simulator
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
         self._settings = simulator.scene.resolved_prediction
         self.vessel = vessel_of(self._settings.vessel)
         self.vessel_notes = vessel_notes(self.vessel)
         self._predictor = predictor_of(self._settings)
-        self._issued: list[tuple[int, xr.Dataset]] = []
+        self._issued: list[xr.Dataset] = []
         self._last: tuple[WaveField, xr.Dataset] | None = None
         self.latest: tuple[WaveField, xr.Dataset] | None = None  # the field after the last turn, and its forecast
-        self._number = -1
 
     def turn(self, turn: FinishedTurn) -> None:
         assert turn.maps is not None
-        self._number = turn.number
         self.latest, field = None, self._predictor.turn(turn.maps["polar"].to_dataset().isel(turn=0))
         if field is None:
             return
         made = issue(field, turn.number, self._settings, self.vessel)
-        self._file.append(made)
-        self._issued.append((turn.number, made))
+        self._issued.append(made)
         self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
-
-    def rollback(self) -> None:
-        """Forget the last turn's forecast. The predictor goes no further: the run ends where a turn is taken back."""
-        if self._issued and self._issued[-1][0] == self._number:
-            self._issued.pop()
-            self._file.rollback()
 
     def verified(self) -> VerifiedForecasts | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
@@ -96,7 +86,7 @@ class ForecastSink:
     def _judged(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""
         ends = self._simulator.sea.ends_s
-        return [made for _, made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
+        return [made for made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
 
     def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)
@@ -112,13 +102,6 @@ class ForecastSink:
             "true": self._simulator.sea.judge.elevation(east, north, moment).reshape(shape),
         }
         return xr.Dataset({name: (("y", "x"), each) for name, each in values.items()}, {"x": x, "y": y})
-
-    def __enter__(self) -> Self:
-        self._file.__enter__()
-        return self
-
-    def __exit__(self, *raised: Any) -> bool | None:
-        return self._file.__exit__(*raised)
 
 
 def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
@@ -172,19 +155,14 @@ def run(
     with results_folder(folder, overwrite, PRODUCTS):
         say("sea: drawing it, and preparing the tracer")
         simulator = Simulator(scene)
-        ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
+        ahead = ForecastSink(simulator) if predict else None
         clear_folder(folder, PRODUCTS)
-        truth_file = AppendableNetCDF(folder / "truth.nc")
         also = (*(["gauges.nc"] if scene.gauges else []), *(["prediction.nc"] if predict else []))
-        files = ("truth.nc", "maps.nc", *also, "echoes.zarr")
-        with _report_remaining(truth_file, scene.turns), growing(folder, files):
+        files = ("truth.nc", "maps.nc", *also)
+        store = run_store(folder, files)
+        with _report_remaining(store, scene.turns), growing(folder, (RUN, *files)):
             write_whole(folder / "scene.toml", scene.to_toml())
-            sinks = _file_sinks(folder, simulator, truth_file, ahead)
-            if ahead is not None and stream is not None:
-                from .streaming import StreamSink
-
-                sinks.remove(ahead)
-                sinks = [ahead, StreamSink(stream.broadcast, ahead, ahead.vessel, stream.form), *sinks]
+            sinks = _sinks(folder, simulator, store, ahead, stream)
             made = TurnMemory(iterate(scene, simulator=simulator, ahead=stream is None, progress=progress))
             figures = deliver(made, sinks)
         say("compare: maps with the truth")
@@ -198,7 +176,7 @@ def run(
             metrics["quiet_windows"] = judge_windows(windows, scene.prediction.quiet.confidence) if windows else None
             metrics["run_s"] = time.perf_counter() - start
             say("report: drawing")
-            echoes = open_echoes(folder / "echoes.zarr")
+            echoes = open_echoes(folder / RUN)
             if draw is None:
                 from ..report.page import write_report as draw  # loads matplotlib
 
@@ -240,32 +218,35 @@ class TurnMemory:
                 yield maps, truth
 
 
-def _file_sinks(
-    folder: Path, simulator: Simulator, truth_file: AppendableNetCDF, ahead: ForecastSink | None
+def _sinks(
+    folder: Path, simulator: Simulator, store: GrowingStore, ahead: ForecastSink | None, stream: Stream | None
 ) -> list[Sink]:
-    """The files of a run that grow with its turns. The echoes come last: it costs most to take them back."""
-    sinks: list[Sink] = [
-        FileSink(truth_file, lambda turn: turn.truth),
-        FileSink(AppendableNetCDF(folder / "maps.nc"), lambda turn: turn.maps),
-    ]
-    if simulator.scene.gauges:
-        sinks.append(gauge_sink(AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")), simulator))
-    if ahead is not None:
-        sinks.append(ahead)
-    sinks += image_sinks(folder, simulator)
-    return [*sinks, FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes)]
+    """What takes the turns of a run: all that a turn is worked out to goes into the store at once."""
+    gauges = GaugeSink(simulator) if simulator.scene.gauges else None
+    sinks: list[Sink] = [sink for sink in (ahead, gauges) if sink is not None]
+    if ahead is not None and stream is not None:
+        from .streaming import StreamSink
+
+        sinks.insert(1, StreamSink(stream.broadcast, ahead, ahead.vessel, stream.form))
+
+    def turn_of(turn: FinishedTurn) -> dict[str, xr.Dataset | xr.DataTree | None]:
+        parts = {"echoes": turn.echoes, "truth": turn.truth, "maps": turn.maps}
+        forecast = ahead.latest[1] if ahead is not None and ahead.latest is not None else None
+        return parts | {"gauges": None if gauges is None else gauges.latest, "forecast": forecast}
+
+    return [*sinks, FileSink(store, turn_of), *image_sinks(folder, simulator)]
 
 
 @contextmanager
-def _report_remaining(file: AppendableNetCDF, turns: int) -> Iterator[None]:
+def _report_remaining(store: GrowingStore, turns: int) -> Iterator[None]:
     """An interruption, or a full disk, with a message of what is left."""
     try:
         yield
     except BaseException as error:
-        whole = f"{file.complete} of {turns} turns are complete"
+        whole = f"{store.complete} of {turns} turns are complete"
         rest = "and stay readable; metrics.json and report.html are missing"
-        if not file.complete:  # a scene without results would look like another run's folder
-            file.path.with_name("scene.toml").unlink(missing_ok=True)
+        if not store.complete:  # a scene without results would look like another run's folder
+            store.path.with_name("scene.toml").unlink(missing_ok=True)
             rest = "no results are left"
         if is_interruption(error):
             raise KeyboardInterrupt(f"{whole}, {rest}") from None

@@ -18,7 +18,7 @@ from seamap_rt.app.source import MAP_VIEWS, Results, Source
 from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import InputError
-from seamap_rt.io.turn_files import part_of
+from seamap_rt.io.results_folder import OF_RUN, RUN
 from seamap_rt.scene import load_scene
 from seamap_rt.studies.sweep import Sweep
 
@@ -46,7 +46,7 @@ def test_a_folder_is_known_by_what_is_in_it(tmp_path: Path, kind: str) -> None:
 def test_a_run_is_one_from_its_first_turn_on(tmp_path: Path) -> None:
     assert kind_of(tmp_path) is None
     for name in ("truth.nc", "maps.nc"):
-        part_of(tmp_path / name).mkdir()
+        (tmp_path / RUN / OF_RUN[name]).mkdir(parents=True)
     assert kind_of(tmp_path) == "run"
 
 

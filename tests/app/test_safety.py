@@ -9,13 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from seamap_rt.app import Gate, Guard
 from seamap_rt.app.folders import PRODUCTS, Roots, products_of, safe_name
 from seamap_rt.errors import InputError
+from seamap_rt.io.growing_store import GrowingStore
+from seamap_rt.io.reading import read_whole_turns
 
 _GATE = Gate("the-token", frozenset({"127.0.0.1:8000", "localhost:8000"}))
 _COOKIE = (b"cookie", b"other=1; seamap_rt=the-token")
@@ -214,23 +218,24 @@ def test_a_run_by_any_other_name_is_refused(roots: Roots, name: str) -> None:
 
 @pytest.mark.parametrize("kind", ["file", "link", "FIFO", "linked folder"])
 def test_turns_of_a_run_that_grows_are_its_own_files(roots: Roots, tmp_path: Path, kind: str) -> None:
-    turns = roots.runs / "one" / ".maps.nc.part"
+    store = GrowingStore(roots.runs / "one" / "run.zarr")
+    store.append({"truth": xr.Dataset({"height": (("turn", "x"), np.ones((1, 9000)))}, {"turn": [0]})})
+    chunk = store.path / "truth" / "height" / "c" / "0" / "0"
     if kind == "linked folder":
-        turns.symlink_to(tmp_path)
-    else:
-        turns.mkdir()
-        for name in ("1.nc", "2.npz"):
-            (turns / name).touch()
-        assert roots.run("one").name == "one"
-        if kind == "link":
-            (turns / "1.npz").symlink_to(tmp_path / "secret.nc")
-        elif kind == "FIFO":
-            os.mkfifo(turns / "1.npz")
-    if kind == "file":
-        roots.run("one")
+        store.path.rename(tmp_path / "moved")
+        store.path.symlink_to(tmp_path / "moved")
+        with pytest.raises(InputError, match=r"run\.zarr: links to a place"):
+            roots.run("one")
         return
-    with pytest.raises(InputError, match=r"1\.npz" if kind != "linked folder" else r"maps\.nc\.part"):
-        roots.run("one")
+    if kind != "file":
+        chunk.rename(tmp_path / "secret.chunk")
+        chunk.symlink_to(tmp_path / "secret.chunk") if kind == "link" else os.mkfifo(chunk)
+    path = roots.run("one") / "truth.nc"
+    if kind == "file":
+        assert read_whole_turns(path, lambda file: file["height"].shape) == (1, 9000)
+    else:
+        with pytest.raises(OSError, match="lies outside" if kind == "link" else "regular file"):
+            read_whole_turns(path, lambda file: file["height"][0])
 
 
 def test_a_scene_that_names_a_file_elsewhere_is_refused_by_its_key(roots: Roots, tmp_path: Path) -> None:

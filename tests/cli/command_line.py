@@ -21,7 +21,7 @@ SMALL = {
     "sea.extent_m": "180",
     "tracing.tracer": "horizon",
 }
-PRODUCTS = ("scene.toml", "echoes.zarr", "maps.nc", "truth.nc", "metrics.json", "report.html")
+PRODUCTS = ("scene.toml", "run.zarr", "maps.nc", "truth.nc", "metrics.json", "report.html")
 DROWNED = {"sea.waves.0.height_m": 5.0, "sea.waves.0.wavelength_m": 40.0, "radar.height_m": 2.4}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ from command_line import PRODUCTS, SMALL, Answer, assert_refused, ended, setting
 from numpy.testing import assert_array_equal
 
 import seamap_rt
+from seamap_rt.app.source import Results, Source
 from seamap_rt.dataset import check
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.scenefile import list_shipped
@@ -134,7 +136,7 @@ def test_metrics_are_strict_json_with_the_contracts_keys(two_turns: Made) -> Non
 
 
 def test_products_keep_the_schema_and_hold_both_turns(two_turns: Made) -> None:
-    echoes = open_echoes(two_turns.folder / "echoes.zarr")
+    echoes = open_echoes(two_turns.folder / "run.zarr")
     check("echoes", echoes)
     assert echoes.attrs["complete_turns"] == 2
     assert_array_equal(np.unique(echoes["turn"].values), [0, 1])
@@ -168,7 +170,7 @@ def test_report_is_one_file(two_turns: Made) -> None:
 def test_resolved_scene_runs_again_to_the_same_bits(two_turns: Made, call: Any) -> None:
     path = two_turns.folder / "scene.toml"
     assert call("simulate", path, "--out", "again").code == 0
-    first, second = open_echoes(two_turns.folder / "echoes.zarr"), open_echoes("again/echoes.zarr")
+    first, second = open_echoes(two_turns.folder), open_echoes("again")
     assert first["voltage"].values.tobytes() == second["voltage"].values.tobytes()
     overrides: dict[str, Any] = {**SMALL, "turns": 2}
     assert load_scene(path) == load_scene("tiny", overrides=overrides)
@@ -176,9 +178,9 @@ def test_resolved_scene_runs_again_to_the_same_bits(two_turns: Made, call: Any) 
 
 def test_simulate_and_retrieve_make_the_maps_of_run(two_turns: Made, call: Any) -> None:
     assert call("simulate", "tiny", *settings(turns=2), "--out", "apart").code == 0
-    assert sorted(path.name for path in Path("apart").iterdir()) == ["echoes.zarr", "truth.nc"]
-    assert call("retrieve", "apart/echoes.zarr").code == 0
-    assert_refused(call("retrieve", "apart/echoes.zarr"), "maps.nc", "--overwrite")
+    assert sorted(path.name for path in Path("apart").iterdir()) == ["run.zarr", "truth.nc"]
+    assert call("retrieve", "apart").code == 0
+    assert_refused(call("retrieve", "apart/run.zarr"), "maps.nc", "--overwrite")
     for product in ("maps", "truth"):
         with (
             xr.open_datatree(f"apart/{product}.nc") as apart,
@@ -191,10 +193,30 @@ def test_simulate_and_retrieve_make_the_maps_of_run(two_turns: Made, call: Any) 
                     assert here[name].values.tobytes() == variable.values.tobytes()
 
 
+def test_folders_of_earlier_versions_still_open(two_turns: Made, call: Any) -> None:
+    """Where the echoes are a store of their own: by the page and `retrieve`; a new run is told what is there."""
+    shutil.copytree(two_turns.folder, "old", ignore=shutil.ignore_patterns("run.zarr"))
+    shutil.copytree(two_turns.folder / "run.zarr" / "echoes", "old/echoes.zarr")
+    results = [Results(folder) for folder in (Path("old"), two_turns.folder)]
+    old, new = (Source(each) for each in results)
+    for one, other in zip(old.view("echo", 1).panels, new.view("echo", 1).panels, strict=True):
+        assert one == other
+    assert results[0].turns() == [0, 1]
+    assert open_echoes("old").identical(open_echoes(two_turns.folder))
+    for echoes in ("old", "old/echoes.zarr"):
+        assert call("retrieve", echoes, "--out", "maps", "--overwrite").code == 0
+        with xr.open_datatree("maps/maps.nc") as anew, xr.open_datatree(two_turns.folder / "maps.nc") as maps:
+            xr.testing.assert_identical(anew["polar"].to_dataset(), maps["polar"].to_dataset())
+    assert_refused(call("retrieve", "old"), "maps.nc", "--overwrite")
+    assert_refused(call("run", two_turns.folder / "scene.toml", "--out", "old"), "scene.toml", "--overwrite")
+    for each in results:
+        each.close()
+
+
 def test_retrieve_takes_other_settings_and_another_folder(two_turns: Made, call: Any) -> None:
     answer = call(
         "retrieve",
-        two_turns.folder / "echoes.zarr",
+        two_turns.folder / "run.zarr",
         "--out",
         "coarse",
         "--set",

@@ -241,9 +241,9 @@ def test_what_is_no_key_names_the_nearest(call: Any, wrong: str, near: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("there", "wanted"), [("nosuch.npz", "a recording"), ("nosuch.mat", "a recording"), ("a.zarr", "an echoes.zarr")]
+    ("there", "wanted"), [("nosuch.npz", "a recording"), ("nosuch.mat", "a recording"), ("a.zarr", "a run.zarr")]
 )
 def test_a_file_that_is_missing_is_asked_for_by_its_own_kind(call: Any, there: str, wanted: str) -> None:
     answer = call("retrieve", there)
     assert_refused(answer, there, f"give the path of {wanted}\n")
-    assert ("echoes.zarr" in answer.err) == there.endswith(".zarr")
+    assert ("run.zarr" in answer.err) == there.endswith(".zarr")

@@ -43,7 +43,7 @@ def test_no_backend_is_one_line_and_exit_3_for_rays_only() -> None:
     assert not list(Path("rays").iterdir())  # refused before anything was made, or an earlier run's results removed
     answer = ended(horizon)
     assert answer.code == 0, answer.err
-    assert sorted(path.name for path in Path("horizon").iterdir()) == ["echoes.zarr", "truth.nc"]
+    assert sorted(path.name for path in Path("horizon").iterdir()) == ["run.zarr", "truth.nc"]
     answer = ended(told)
     assert answer.code == 3
     assert "MISSING" in answer.out
@@ -79,10 +79,10 @@ def stopped(process: subprocess.Popen[str], store: Path, number: signal.Signals,
 def test_interrupted_run_leaves_whole_turns(call: Any) -> None:
     """By Ctrl-C; by SIGTERM, and both in turn, a simulation below."""
     process = start("run", "tiny", *settings(), "--turns", 5000, "--out", "cut")
-    answer = stopped(process, Path("cut/echoes.zarr"), signal.SIGINT, after=2)
+    answer = stopped(process, Path("cut/run.zarr"), signal.SIGINT, after=2)
     assert_refused(answer, "interrupted", "turns are complete", "missing", code=130)
 
-    echoes = open_echoes("cut/echoes.zarr")
+    echoes = open_echoes("cut")
     turns = echoes.attrs["complete_turns"]
     assert 2 <= turns < 5000
     assert_array_equal(np.unique(echoes["turn"].values), np.arange(turns))
@@ -97,10 +97,10 @@ def test_interrupted_run_leaves_whole_turns(call: Any) -> None:
                 assert_array_equal(tree[group]["turn"].values, np.arange(turns))
     assert not Path("cut/metrics.json").exists()
     assert not Path("cut/report.html").exists()
-    assert {path.name for path in Path("cut").iterdir()} == {"echoes.zarr", "maps.nc", "scene.toml", "truth.nc"}
+    assert {path.name for path in Path("cut").iterdir()} == {"run.zarr", "maps.nc", "scene.toml", "truth.nc"}
 
     # What is left can be retrieved anew, to the same bits.
-    assert call("retrieve", "cut/echoes.zarr", "--out", "anew").code == 0
+    assert call("retrieve", "cut", "--out", "anew").code == 0
     with xr.open_datatree("cut/maps.nc") as before, xr.open_datatree("anew/maps.nc") as anew:
         for group in ("polar", "ground"):
             xr.testing.assert_identical(before[group].to_dataset(), anew[group].to_dataset())
@@ -109,9 +109,9 @@ def test_interrupted_run_leaves_whole_turns(call: Any) -> None:
 def test_interrupted_simulation_leaves_whole_turns() -> None:
     process = start("simulate", "tiny", *settings(turns=5000), "--out", "cut")
     # Whoever ends processes may ask more than once, and so may Ctrl-C: what closes the files is not cut off.
-    answer = stopped(process, Path("cut/echoes.zarr"), signal.SIGTERM, after=1, times=20)
+    answer = stopped(process, Path("cut/run.zarr"), signal.SIGTERM, after=1, times=20)
     assert_refused(answer, "interrupted", code=130)
-    echoes = open_echoes("cut/echoes.zarr")
+    echoes = open_echoes("cut")
     turns = echoes.attrs["complete_turns"]
     with xr.open_datatree("cut/truth.nc") as truth:
         assert truth["polar"].sizes["turn"] == turns
@@ -127,7 +127,7 @@ def test_run_that_is_stopped_before_its_first_turn_leaves_no_half_file(call: Any
 
     monkeypatch.setattr("seamap_rt.simulation.Simulator.turn", stop)
     assert_refused(call("run", "tiny", *settings(), "--out", "cut"), "interrupted", code=130)
-    assert {path.name for path in Path("cut").iterdir()} <= {"scene.toml", "echoes.zarr"}
+    assert {path.name for path in Path("cut").iterdir()} <= {"scene.toml"}
 
 
 def test_an_interruption_that_compiled_code_hides_is_one_all_the_same(call: Any, monkeypatch: Any) -> None:
@@ -293,11 +293,11 @@ def test_recover_says_what_it_found(call: Any) -> None:
     answer = call("recover", "empty")
     assert (answer.code, answer.err) == (0, "")
     assert "nothing to recover" in answer.out
-    with growing(Path("empty"), ("truth.nc", "maps.nc", "echoes.zarr")):
+    with growing(Path("empty"), ("truth.nc", "maps.nc", "run.zarr")):
         shutil.copytree("empty", "killed")
     Path("killed/scene.toml").touch()
-    Path("killed/echoes.zarr").mkdir()
-    assert_refused(call("retrieve", "killed/echoes.zarr", "--out", "maps"), "ECHOES = ", "seamap-rt recover 'killed'")
+    Path("killed/run.zarr").mkdir()
+    assert_refused(call("retrieve", "killed/run.zarr", "--out", "maps"), "ECHOES = ", "seamap-rt recover 'killed'")
     answer = call("recover", "killed")
     assert (answer.code, answer.err) == (0, "")
     assert "no whole one of the turns was left" in answer.out
@@ -315,6 +315,6 @@ def test_full_disk_is_one_line(call: Any, monkeypatch: Any, error: OSError) -> N
     def full(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr("seamap_rt.io.echo_store.EchoStore.append", full)
+    monkeypatch.setattr("seamap_rt.io.growing_store.GrowingStore.append", full)
     answer = call("simulate", "tiny", *settings(), "--out", "results")
     assert_refused(answer, "results/truth.nc", "No space left on device", code=4)

@@ -69,10 +69,10 @@ def test_a_trade_of_nonsense_is_refused_before_anything_runs(call: Any, varied: 
 def test_simulate_takes_turns_and_seed_as_run_does(call: Any) -> None:
     answer = call("simulate", "tiny", *settings(), "--turns", "2", "--seed", "7", "--out", "results")
     assert answer.code == 0, answer.err
-    echoes = open_echoes("results/echoes.zarr")
+    echoes = open_echoes("results/run.zarr")
     assert echoes.attrs["complete_turns"] == 2
     call("simulate", "tiny", *settings(), "--set", "turns=2", "--set", "seed=7", "--out", "same")
-    assert echoes.identical(open_echoes("same/echoes.zarr"))
+    assert echoes.identical(open_echoes("same/run.zarr"))
 
 
 @pytest.mark.parametrize("command", ["run", "simulate"])
@@ -145,7 +145,7 @@ def test_simulate_minds_only_what_it_writes(call: Any) -> None:
     Path("results").mkdir()
     Path("results", "report.html").write_text("of another run")
     assert call("simulate", "tiny", *settings(), "--out", "results").code == 0
-    assert_refused(call("simulate", "tiny", *settings(), "--out", "results"), "echoes.zarr", "--overwrite")
+    assert_refused(call("simulate", "tiny", *settings(), "--out", "results"), "run.zarr", "--overwrite")
     assert call("simulate", "tiny", *settings(), "--out", "results", "--overwrite").code == 0
     assert Path("results", "report.html").read_text() == "of another run"
 
@@ -241,7 +241,7 @@ def test_the_kinds_of_folders_know_all_products() -> None:
 @pytest.mark.parametrize(
     ("there", "command", "words"),
     [
-        ("echoes.zarr", ("trade", "tiny", "--vary", "radar.height_m=5,6", "--workers", "0"), "holds a run's"),
+        ("run.zarr", ("trade", "tiny", "--vary", "radar.height_m=5,6", "--workers", "0"), "holds a run's"),
         ("report.html", ("shadowing", "tiny", "--heights", "5"), "holds a run's"),
         ("trade.json", ("run", "tiny", *settings()), "holds a trade's"),
         ("trade.csv", ("simulate", "tiny", *settings()), "holds a trade's"),

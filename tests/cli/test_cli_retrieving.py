@@ -14,7 +14,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.errors import InputError
-from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.session.retrieving import follow_turns
 from seamap_rt.settings import RetrievalSettings
 
@@ -125,17 +125,15 @@ def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> No
         turn.attrs = {**turn.attrs, "complete_turns": number + 1}
 
     def grow() -> None:
-        with EchoStore(Path("echoes.zarr")) as store:
+        with GrowingStore(Path("run.zarr"), ("turn", "pulse")) as store:
             for turn in turns:
-                store.append(turn)
+                store.append({"echoes": turn})
                 time.sleep(0.3)
 
     writer = threading.Thread(target=grow)
     writer.start()
     time.sleep(0.2)
-    answer = call(
-        "retrieve", "echoes.zarr", "--follow", "2", "--out", "maps", "--set", "retrieval.estimator=single_cell"
-    )
+    answer = call("retrieve", "run.zarr", "--follow", "2", "--out", "maps", "--set", "retrieval.estimator=single_cell")
     writer.join()
     assert answer.code == 0, answer.err
     assert [line.split(":")[0] for line in answer.out.splitlines() if line.startswith("turn ")] == [

@@ -13,7 +13,7 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.interferometry.checks import settings_of
-from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.settings import RetrievalSettings
 
 OTHERS: dict[str, dict[str, Any]] = {
@@ -52,9 +52,9 @@ def scatterers(**keys: Any) -> tuple[sr.Scene, xr.Dataset]:
 
 
 def stored(echoes: xr.Dataset, folder: Path) -> xr.Dataset:
-    with EchoStore(folder / "echoes.zarr") as store:
-        store.append(echoes)
-    return open_echoes(folder / "echoes.zarr")
+    with GrowingStore(folder / "run.zarr", ("turn", "pulse")) as store:
+        store.append({"echoes": echoes})
+    return open_echoes(folder)
 
 
 @pytest.mark.parametrize("key", RetrievalSettings.model_fields)

@@ -32,13 +32,13 @@ from seamap_rt.io.meshfile import ENDINGS, load_mesh
 from seamap_rt.io.motionfile import read_motion
 from seamap_rt.io.patternfile import read_pattern
 from seamap_rt.io.polar_images import read_polar_images
+from seamap_rt.io.reading import read_whole_turns
 from seamap_rt.io.recorded import read_recording
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.recording_header import read_header
 from seamap_rt.io.results_folder import unfinished
 from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
-from seamap_rt.io.turn_files import read_whole_turns
 from seamap_rt.prediction import read_capytaine
 from seamap_rt.products.recorded_sea import load_state, state_file
 from seamap_rt.scene import load_scene
@@ -123,6 +123,7 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {  # the file's name, an
     "polar image, packed": ("a.pol.gz", read_polar_images),
     "maps": ("maps.nc", _opened_maps),
     "echoes": ("echoes.zarr/zarr.json", lambda path: open_echoes(path.parent)),
+    "echoes of a run": ("run.zarr/echoes/zarr.json", lambda path: open_echoes(_named(path, "").parent.parent)),
     "run of the page": ("run/maps.nc", _listed),
     "scene of a run": ("run/scene.toml", lambda path: _listed(_named(path, "maps.nc"))),
     "metrics of a run": ("run/metrics.json", lambda path: _listed(_named(path, "maps.nc"))),

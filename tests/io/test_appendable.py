@@ -22,7 +22,7 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 import xarray as xr
-from seamap_rt.io.appendable import AppendableNetCDF, recover_netcdf
+from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.recovery import recover
 from seamap_rt.io.results_folder import growing
 
@@ -132,25 +132,6 @@ def test_a_full_disk_keeps_the_whole_turns(
         assert dataset["height"].notnull().all()
 
 
-@pytest.mark.parametrize(("file", "made", "group"), KINDS)
-def test_a_turn_that_is_given_back_goes(alone: Alone, tmp_path: Path, file: str, made: str, group: str) -> None:
-    """Whatever its kind, a file that has had three turns and keeps two is as long as one that has had two."""
-    alone(
-        f"""
-        for given_back in (False, True):
-            with {file} as file:
-                for turn in range(2):
-                    file.append({made})
-                if given_back:
-                    file.append({made})
-                    file.rollback()
-            Path("it.nc").rename(f"{{given_back}}.nc")
-        """
-    )
-    with xr.open_datatree(tmp_path / "True.nc") as found, xr.open_datatree(tmp_path / "False.nc") as asked:
-        xr.testing.assert_identical(found[group].to_dataset(), asked[group].to_dataset())
-
-
 def test_a_file_does_not_hold_when_it_was_written(tmp_path: Path) -> None:
     """The same run has the same bytes at any time: h5py before 3.15 writes the second of it into each object."""
 
@@ -180,27 +161,26 @@ def test_room_that_a_turn_does_not_need_is_given_back(alone: Alone, tmp_path: Pa
     assert twenty - one < 50_000  # 19 turns of 256 bytes and the trees that find them
 
 
-def test_a_turn_that_one_file_cannot_take_is_in_none(alone: Alone, tmp_path: Path) -> None:
+def test_a_turn_that_one_group_cannot_take_is_in_none(alone: Alone, tmp_path: Path) -> None:
+    """Of a run's store the disk has no room for the larger group: files of both end with the turn before."""
     said = alone(
         """
-        from seamap_rt.session import FileSink, FinishedTurn, deliver
+        from seamap_rt.io.growing_store import GrowingStore
 
-        def large(turn):
-            if turn.number == 3:
-                limit(2_000_000)
-            return tree(turn.number, 512)
-
-        turns = (FinishedTurn(n, None, None, None, {"total": 0.0}, {}) for n in range(100))
-        small_sink = FileSink(AppendableNetCDF(Path("small.nc")), lambda turn: tree(turn.number, 16))
+        files = {name: Path(name + ".nc") for name in ("small", "large")}
         try:
-            deliver(turns, [small_sink, FileSink(AppendableNetCDF(Path("large.nc")), large)])
+            with GrowingStore(Path("run.zarr"), files=files) as store:
+                for turn in range(100):
+                    if turn == 3:
+                        limit(1_000_000)
+                    store.append({"small": tree(turn, 16), "large": tree(turn, 512)})
         except OSError as error:
             print(error.filename)
         limit()
-        recover_netcdf(Path("large.nc"), 3)
+        GrowingStore.reopened(Path("run.zarr"), files).close()
         """
     )
-    assert said.strip() == "large.nc"
+    assert said.strip() == "run.zarr"
     for name in ("small.nc", "large.nc"):
         with xr.open_datatree(tmp_path / name) as found:
             assert found["ground"].to_dataset()["turn"].values.tolist() == [0, 1, 2]

@@ -17,17 +17,15 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-import zarr
 
 from seamap_rt.compute import locks
 from seamap_rt.compute.locks import scratch_folder
 from seamap_rt.errors import InputError
-from seamap_rt.io import echo_store
+from seamap_rt.io import growing_store
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
+from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.io.recovery import recover
-from seamap_rt.io.results_folder import clear_folder, growing, results_folder
-from seamap_rt.io.turn_files import part_of
+from seamap_rt.io.results_folder import RUN, clear_folder, growing, hidden_store, results_folder
 
 
 def tree(turn: int) -> xr.DataTree:
@@ -73,7 +71,7 @@ def snapshots(tmp_path: Path) -> Snapshots:
 
 
 def watch(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before and after each new name, also with half of what then gets it, and before anything goes."""
+    """Before each new name, also with half of what then gets it, and before anything goes."""
     renamed, removed, one_at_a_time = os.replace, os.unlink, threading.RLock()
 
     def replace(old: Path, new: Path) -> None:
@@ -84,7 +82,6 @@ def watch(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
                 half = snapshots.taken[-1][0] / Path(old).relative_to(snapshots.folder)
                 os.truncate(half, half.stat().st_size // 2)
             renamed(old, new)
-            snapshots.take()
 
     def unlink(path: Path, **given: Any) -> None:
         with one_at_a_time:
@@ -104,11 +101,9 @@ def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, mon
             for turn in range(3):
                 file.append(tree(turn))
                 snapshots.whole = file.complete
-            file.append(tree(3))
-            file.rollback()
             snapshots.take()
     assert len(snapshots.taken) > 20
-    assert recovered(snapshots, more=1) == {1, 2, 3, 4}  # the turn that is taken back is whole for a while
+    assert recovered(snapshots, more=1) == {1, 2, 3}
 
 
 def recovered(snapshots: Snapshots, more: int) -> set[int]:
@@ -156,107 +151,85 @@ def test_each_write_of_one_that_goes_on_leaves_what_it_had(
     assert [each.name for each in snapshots.folder.iterdir()] == ["maps.nc"]
 
 
-def test_a_file_cut_to_fewer_turns_is_as_if_it_had_never_had_more(snapshots: Snapshots) -> None:
-    """Files of a run that was killed between two of them: the longer one loses the turn that the other has not."""
-    folder = snapshots.folder
-    longer, shorter = AppendableNetCDF(folder / "truth.nc"), AppendableNetCDF(folder / "maps.nc")
-    with growing(folder, ("truth.nc", "maps.nc")):
-        for turn in range(3):
-            longer.append(tree(turn))
-            if turn < 2:
-                shorter.append(tree(turn))
-        snapshots.take()
-        longer.close()
-        shorter.close()
-    copy = snapshots.taken[0][0]
-    found = recover(copy)
-    assert found is not None
-    assert (found.files, found.complete) == (("truth.nc", "maps.nc"), 2)
-    with xr.open_datatree(copy / "truth.nc") as cut, xr.open_datatree(folder / "maps.nc") as whole:
-        xr.testing.assert_identical(cut, whole)
-    assert (copy / "truth.nc").stat().st_size == (folder / "maps.nc").stat().st_size
-
-
-def test_forecasts_that_began_later_end_with_the_same_turn(tmp_path: Path) -> None:
-    """The first turns showed no sea: two forecasts in four turns, and the third turn is the last that all have."""
-    with growing(tmp_path, ("maps.nc", "prediction.nc", "echoes.zarr")):
-        maps, issues = AppendableNetCDF(tmp_path / "maps.nc"), AppendableNetCDF(tmp_path / "prediction.nc", ("issue",))
-        store = EchoStore(tmp_path / "echoes.zarr")
-        for turn in range(4):
-            maps.append(tree(turn))
-            if turn > 1:
-                issues.append(xr.Dataset({"elevation": ("issue", [1.0])}, {"issue": [turn]}))
-            if turn < 3:
-                store.append(echoes(turn))
-    found = recover(tmp_path)
-    assert found is not None
-    assert found.complete == 3
-    with xr.open_dataset(tmp_path / "prediction.nc") as made:
-        assert made["issue"].values.tolist() == [2]
-
-
-@pytest.mark.parametrize("name", ["1.nc", "1.npz"])
-def test_damage_is_one_line(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ["zarr.json", "file/polar/height/zarr.json", "file/polar/height/c/1/0/0"])
+@pytest.mark.parametrize("content", [b"not one", None])
+def test_damage_is_one_line(tmp_path: Path, name: str, content: bytes | None) -> None:
+    """A chunk that is lost too: Zarr would read it as what is missing."""
     with growing(tmp_path, ("maps.nc",)):
         file = AppendableNetCDF(tmp_path / "maps.nc")
         for turn in range(2):
-            file.append(tree(turn))
-    (part_of(tmp_path / "maps.nc") / name).write_bytes(b"not one")
+            file.append(xr.DataTree.from_dict({"/polar": tree(turn)["polar"].to_dataset().pad(y=(0, 800))}))
+    damaged = hidden_store(tmp_path / "maps.nc") / name
+    if content is None:
+        damaged.unlink()
+    else:
+        damaged.write_bytes(content)
     with pytest.raises(InputError, match=r"cannot be recovered \(.*\); run it again with --overwrite"):
         recover(tmp_path)
 
 
-def test_what_an_earlier_version_left_is_one_line(tmp_path: Path) -> None:
-    with growing(tmp_path, ("maps.nc",)):
-        part_of(tmp_path / "maps.nc").write_bytes(b"HDF5, with a journal beside it")
-    with pytest.raises(InputError, match=r"cannot be recovered \(.* is of an earlier version, .*--overwrite"):
+@pytest.mark.parametrize("name", ["maps.nc", "echoes.zarr"])
+def test_what_an_earlier_version_left_is_one_line(tmp_path: Path, name: str) -> None:
+    """A folder of its turns beside a file, or a store of echoes."""
+    left = tmp_path / ".maps.nc.part" / "1.nc" if name == "maps.nc" else tmp_path / name / "zarr.json"
+    left.parent.mkdir()
+    left.touch()
+    (tmp_path / ".seamap-rt.unfinished").write_text(json.dumps({"files": [name], "unit": "turns"}))
+    with pytest.raises(InputError, match=r"an earlier version left .* unfinished, and recovers it; .*--overwrite"):
         recover(tmp_path)
-    assert part_of(tmp_path / "maps.nc").exists()
+    assert left.exists()
 
 
-# -------------------------------------------------------------------------------------------------- the echo store
+# -------------------------------------------------------------------------------------------------- a run's store
 
 
-def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before each file of it, and in the middle of it; also where turns share a chunk."""
+def test_each_write_of_a_run_leaves_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before each file of it, and in the middle of it; also where turns share a chunk. Echoes, maps and forecasts, of
+    which the first turn has none, end with the same turn."""
     folder = snapshots.folder
-    with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
+    files = {"maps": folder / "maps.nc", "forecast": folder / "prediction.nc"}
+    with monkeypatch.context() as patch, growing(folder, (RUN, "maps.nc", "prediction.nc")):
         watch(snapshots, patch)
-        patch.setattr(echo_store, "PULSES_PER_CHUNK", 2)
-        with EchoStore(folder / "echoes.zarr") as store:
+        patch.setattr(growing_store, "ROOM", 2)
+        with GrowingStore(folder / RUN, ("turn", "pulse", "issue"), files) as store:
             for turn in range(3):
-                store.append(echoes(turn))
+                maps = xr.DataTree.from_dict({"/polar": tree(turn)["polar"].to_dataset()})
+                issue = xr.Dataset({"elevation": ("issue", [1.0 * turn])}, {"issue": [turn]}) if turn else None
+                store.append({"echoes": echoes(turn), "maps": maps, "forecast": issue})
                 snapshots.whole = turn + 1
             snapshots.take()
-    assert echo_store.PULSES not in zarr.open_group(folder / "echoes.zarr").attrs
-    assert len(snapshots.taken) > 50
+    assert len(snapshots.taken) > 100
     for copy, whole in snapshots.taken:
-        recover(copy)
+        if whole:  # as it was left, before anything is mended
+            assert open_plainly(copy) in (whole, whole + 1)
+        found = recover(copy)
+        assert found is not None
+        assert {path.name for path in copy.iterdir()} <= {RUN, "maps.nc", "prediction.nc"}
         assert not list(copy.rglob("*.partial"))
-        if not (copy / "echoes.zarr").exists():
+        assert found.complete in (whole, whole + 1)
+        if not (copy / RUN).exists():
             assert whole == 0
             continue
-        with (
-            xr.open_zarr(copy / "echoes.zarr", consolidated=False) as found,
-            xr.open_zarr(copy / "echoes.zarr") as plain,
-        ):
-            xr.testing.assert_identical(plain, found)
-            turns = found.attrs["complete_turns"]
-            assert turns in (whole, whole + 1)
-            np.testing.assert_array_equal(found["turn"].values, np.repeat(np.arange(turns), 3))
-            expected = np.broadcast_to(1.0 + found["turn"].values[:, None, None], (3 * turns, 2, 4))
-            np.testing.assert_array_equal(found["voltage"].values, expected)
+        assert open_plainly(copy) == found.complete
+        with h5py.File(copy / "maps.nc") as maps:
+            turns = np.arange(found.complete or 0)
+            np.testing.assert_array_equal(np.asarray(maps["polar/turn"]), turns)
+            expected = turns[:, None, None] * np.ones((1, 5, 7))
+            np.testing.assert_array_equal(np.asarray(maps["polar/height"]), expected)
+        if turns.size > 1:
+            with h5py.File(copy / "prediction.nc") as made:
+                np.testing.assert_array_equal(np.asarray(made["issue"]), turns[1:])
+                np.testing.assert_array_equal(np.asarray(made["elevation"]), turns[1:])
 
 
-def test_a_store_is_cut_to_fewer_turns(tmp_path: Path) -> None:
-    store = EchoStore(tmp_path / "echoes.zarr")
-    for turn in range(3):
-        store.append(echoes(turn))
-    assert recoverable_turns(store.path) == 3
-    recover_echoes(store.path, 2)
-    with xr.open_zarr(store.path) as found:
-        assert found["turn"].values.tolist() == [0, 0, 0, 1, 1, 1]
-        assert found.attrs["complete_turns"] == 2
+def open_plainly(folder: Path) -> int:
+    """The turns of the echoes in a folder, whose values must be those of their turns, as anyone opens them."""
+    with xr.open_zarr(folder / RUN, group="echoes") as found:
+        turns = int(found.attrs["complete_turns"])
+        np.testing.assert_array_equal(found["turn"].values, np.repeat(np.arange(turns), 3))
+        expected = np.broadcast_to(1.0 + found["turn"].values[:, None, None], (3 * turns, 2, 4))
+        np.testing.assert_array_equal(found["voltage"].values, expected)
+        return turns
 
 
 # ---------------------------------------------------------------------------------------- locks and scratch folders
@@ -358,9 +331,10 @@ def test_without_locks_the_file_says_who_holds_it(
 
 
 def test_what_a_kill_left_is_refused_until_recovered_or_cleared(tmp_path: Path) -> None:
-    store, products = tmp_path / "echoes.zarr", ("scene.toml", "echoes.zarr")
-    with growing(tmp_path, ("echoes.zarr",)):
-        EchoStore(store).append(echoes(0))
+    products = ("scene.toml", RUN)
+    with growing(tmp_path, (RUN,)):
+        store = GrowingStore(tmp_path / RUN, ("turn", "pulse"))
+        store.append({"echoes": echoes(0)})
         shutil.copytree(tmp_path, tmp_path.with_name("killed"))
     killed = tmp_path.with_name("killed")
     with pytest.raises(InputError, match=r"a killed process left .*seamap-rt recover '.*killed'.*--overwrite removes"):
@@ -371,7 +345,7 @@ def test_what_a_kill_left_is_refused_until_recovered_or_cleared(tmp_path: Path) 
     assert not list(tmp_path.with_name("cleared").iterdir())
     found = recover(killed)
     assert found is not None
-    assert (found.files, found.complete, found.unit) == (("echoes.zarr",), 1, "turns")
+    assert (found.files, found.complete, found.unit) == ((RUN,), 1, "turns")
     assert recover(killed) is None
-    with pytest.raises(InputError, match=r"holds another run's echoes\.zarr"):
+    with pytest.raises(InputError, match=r"holds another run's run\.zarr"):
         results_folder(killed, False, products).__enter__()

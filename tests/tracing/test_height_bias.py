@@ -17,7 +17,7 @@ X = np.arange(60.0, 120.0, 0.02)
 
 @pytest.mark.parametrize("off_m", [-0.1, 0.05])
 def test_fields_that_come_from_higher_up_are_found_higher(off_m: float) -> None:
-    """Of water at mean level, a field as that of a point δ higher: to (h/R)² and half a cell of the range, 3 %, the height is δ."""
+    """Of water at mean level, a field as that of a point δ higher: the height is δ, to (h/R)² and half a cell, 3 %."""
     masts = np.array([4.9, 5.1])[:, None]
     longer = np.hypot(X, masts - off_m) - np.hypot(X, masts)
     lower, upper = np.exp(-2j * np.pi / WAVELENGTH_M * longer)

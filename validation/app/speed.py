@@ -120,7 +120,7 @@ def large_run(folder: Path, turns: int = _TURNS) -> None:
                     groups[f"/{group}"] = one
                 file.append(xr.DataTree.from_dict(groups))
         os.replace(folder / f"grown_{name}", folder / name)
-    shutil.rmtree(folder / "echoes.zarr")
+    shutil.rmtree(folder / "run.zarr")
 
 
 def scrub(page: Page) -> str:

@@ -59,6 +59,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
     with AppendableNetCDF(folder / "run" / "maps.nc") as file:
         file.append(maps)
     simulation.truth.close()
+    shutil.rmtree(folder / "run" / "run.zarr" / "truth")  # damage is to meet the echoes
     return {
         "scene": sorted(set(map(Path, sr_scenes()))),
         "spectrum": _spectra(folder),
@@ -68,7 +69,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
         "recording": _recordings(folder),
         "polar images": _images(folder),
         "header": _headers(folder),
-        "echo store": [folder / "run" / "echoes.zarr"],
+        "echo store": [folder / "run" / "run.zarr"],
         "maps and truth": [folder / "run" / "maps.nc", folder / "run" / "truth.nc"],
         "sweep": _sweep(folder),
     }

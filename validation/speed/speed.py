@@ -33,11 +33,10 @@ from seamap_rt import random_streams
 from seamap_rt.compute.machine import peak_memory
 from seamap_rt.echoes.summation.gaussian import gaussians
 from seamap_rt.interferometry import retrieve_one
-from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.random_streams import Stream
 from seamap_rt.session import FileSink, TurnFigures, deliver, iterate
 from seamap_rt.session.driver import real_time_factor, warm_wall
+from seamap_rt.session.simulating import run_store
 from seamap_rt.simulation import Simulator
 
 from .. import ROOT
@@ -121,11 +120,9 @@ class _Meter:
 def run_figures(simulator: Simulator, turns: int) -> list[TurnFigures]:
     """Of a run of several turns that writes its files, as `seamap-rt run` does."""
     with tempfile.TemporaryDirectory() as folder:
-        sinks = [
-            FileSink(AppendableNetCDF(Path(folder, "truth.nc")), lambda turn: turn.truth),
-            FileSink(AppendableNetCDF(Path(folder, "maps.nc")), lambda turn: turn.maps),
-            FileSink(EchoStore(Path(folder, "echoes.zarr")), lambda turn: turn.echoes),
-        ]
+        store = run_store(Path(folder), ["truth.nc", "maps.nc"])
+        parts = ("echoes", "truth", "maps")
+        sinks = [FileSink(store, lambda turn: {name: getattr(turn, name) for name in parts})]
         simulator.scene = simulator.scene.model_copy(update={"turns": turns})
         return deliver(iterate(simulator.scene, simulator=simulator, ahead=True), sinks)
 
