@@ -106,6 +106,7 @@ STUDIES: dict[str, Study] = {
     "unresolved_profiles": Study("debug", 0.5, "light.unresolved_profiles", "tracing"),
     "wave_shadows": Study("debug", 12, "light.wave_shadows", "tracing"),
     "diffraction": Study("debug", 3, "light.diffraction --columns 80", "tracing physics"),
+    "height_bias": Study("debug", 7, "light.height_bias --profiles 6 --seed 92", "tracing/diffraction.py physics"),
     "half_visible": Study("debug", 6, "light.half_visible --profiles 10 --seed 43", "tracing/visibility.py studies"),
     "hard_cases": Study("debug", 3, "hard_cases.report --full", _MAPS),
     # the radar
@@ -188,6 +189,8 @@ def tables(text: str) -> list[dict[str, Any]]:
             elif len(cells) == 1:
                 made.append({"title": cells[0].rstrip(":"), "columns": [], "rows": []})
                 continue
+            if cells and made[-1]["columns"]:  # what is printed below a Markdown table is none of its rows
+                made.append({"title": made[-1]["title"], "columns": [], "rows": []})
         if cells:
             made[-1]["rows"].append(cells)
     return [table for table in made if table["rows"]]

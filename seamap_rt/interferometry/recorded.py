@@ -19,11 +19,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from ..conventions import SPEED_OF_LIGHT
+from ..conventions import SPEED_OF_LIGHT, radar_wavelength
 from ..dataset import QUALITY_FLAGS, build
 from ..errors import InputError
 from ..io.recorded import pairs_of, read_recording
 from ..io.recording_header import PRF_HZ, Header, RecordingHeader, read_header
+from ..physics.shadowing import arrival_error_mrad
+from ..settings import RetrievalSettings
 from .recorded_sensors import Array, Sensed, array_of, bearing_of, increasing_times, positions_of, readings_of
 from .recorded_turns import Turns, turns_of
 
@@ -174,8 +176,10 @@ def _attributes(head: RecordingHeader, turns: Turns, prf: float, noise: float) -
         "elevation_beamwidth_deg", "polarization", "transmit", "interferogram", "waveform", "chirp_bandwidth_hz",
         "compression_weighting", "transmitter", "transmit_phase_error_deg",
     )  # fmt: skip
+    bent = arrival_error_mrad(head.polarization, radar_wavelength(head.frequency_hz))
     return {
         **{name: getattr(head, name) for name in same},
+        "retrieval": RetrievalSettings(diffraction_mrad=bent).carried,
         "coherent_on_receive": int(head.coherent_on_receive),
         "prf_hz": prf,
         "rotation_rpm": turns.rate / 6.0,

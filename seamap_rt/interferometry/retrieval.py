@@ -140,7 +140,8 @@ def retrieve_turn(
     outward, outward_std = visible_slopes(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
     sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
     common = _transmitter_error(given, heights) ** 2 + sensed
-    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
+    bent = 1e-3 * (settings.diffraction_mrad or 0.0) * radar.ranges
+    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + bent**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
     else:  # what is known of it and left is an error as well
@@ -216,12 +217,13 @@ def _transmitter_error(given: Interferogram, heights: Heights) -> Map:
     return np.nan_to_num(heights.gain) * error
 
 
-def _error_terms(sensors: SensorErrors | None) -> str:
-    """What error bars of heights hold, in words."""
+def _error_terms(sensors: SensorErrors | None, bent: bool) -> str:
+    """What error bars of heights hold, in words. bent: also that light bends."""
+    holds = f"speckle, noise, hidden parts{', diffraction' if bent else ''}"
     if sensors is None:
-        return "speckle, noise, hidden parts; not the motion sensors' errors, of which the echoes do not tell"
+        return f"{holds}; not the motion sensors' errors, of which the echoes do not tell"
     stays = any(value > 0.0 for name, value in sensors.attributes.items() if "accuracy" in name)
-    return f"speckle, noise, hidden parts, motion sensors' noise and latency{' and' if stays else ', not'} their biases"
+    return f"{holds}, motion sensors' noise and latency{' and' if stays else ', not'} their biases"
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, planes: Map) -> xr.Dataset:
@@ -244,7 +246,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, plan
             "height_m": radar.height,
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
-            "height_std_holds": _error_terms(radar.sensors),
+            "height_std_holds": _error_terms(radar.sensors, bool(settings.diffraction_mrad)),
             "slope_planes_m": [float(planes.min()), float(planes.max())],
         },
     )

@@ -16,7 +16,7 @@ from ..conventions import db
 from ..echoes.response import beam_truncation, truncation_error_m, truncation_share
 from ..echoes.slow_time import interpolation_loss
 from ..echoes.speckle import speckle_truncation
-from ..physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
+from ..physics.shadowing import arrival_error_mrad, earth_drop_m, edge_blur_m, second_bounce_share
 from ..radar import link, precision
 from ..radar.receiver import phase_drift_in_pulse
 from ..radar.scan import BEAMS_BEYOND, sector_width
@@ -151,16 +151,29 @@ def _no_boat(case: Case) -> Iterator[Row]:
         says = "an object echoes by its own cross-section alone"
         yield row(name, float(db(_MIRROR_PATHS)), error, "bound of a mirror (Kerr 1951)", says)
 
+    yield from _diffraction(case)
+    yield from _unresolved_shadows(case)
+
+
+def _diffraction(case: Case) -> Iterator[Row]:
+    """What crests do to the light that passes over them."""
+    scene = case.scene
+    bent = 1e-3 * arrival_error_mrad(scene.scattering.polarization, scene.wavelength_m) * case.middle_m
+    error, source = (
+        f"m rms of height {case.place}",
+        "maps with knife edges; cells of one look err thrice that",
+    )
+    if scene.tracing.diffraction != "none":
+        says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error holds so much"
+        yield row("what diffraction does to heights", bent, error, source, says)
+        return
+    says = "rays are straight, and the stated error holds nothing of it; tracing.diffraction = 'knife_edge'"
+    yield row("diffraction beside crests", bent, error, source, says)
     to_shade = 0.5 * case.resolved.peak_length  # from a crest: at most a wave, half of one in the mean
     blur = edge_blur_m(scene.wavelength_m, case.middle_m, to_shade)
     source = f"knife edge (ITU-R P.526), {to_shade:.2g} m before the shade: half the peak's length"
-    name, error = "diffraction at shadow edges", f"m of height {case.place}, over which an edge fades"
-    says = "geometric shadows; tracing.diffraction = 'knife_edge'"
-    if scene.tracing.diffraction != "none":
-        name, error = "what diffraction does to heights", f"m of height {case.place} beside an edge, at most"
-        says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error knows neither"
-    yield row(name, blur, error, source, says)
-    yield from _unresolved_shadows(case)
+    error = f"m of height {case.place}, over which an edge fades"
+    yield row("diffraction at shadow edges", blur, error, source, "geometric shadows")
 
 
 def _unresolved_shadows(case: Case) -> Iterator[Row]:

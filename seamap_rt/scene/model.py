@@ -117,16 +117,21 @@ class Scene(TableMixin, Section):
 
     @property
     def resolved_retrieval(self) -> RetrievalSettings:
-        """The retrieval with the sea's depth and current where it names none: an operator has them from a chart.
+        """The retrieval with the sea's depth and current where it names none: an operator has them from a chart; and
+        with the error of the angle of arrival, where the scene's light bends.
 
         Deep water at rest is what the retrieval assumes by itself: then it stays as it is, and makes of the echoes on
         file what it makes of them in a run.
         """
-        if math.isinf(self.sea.depth_m) and self.sea.current_m_s == 0.0:
-            return self.retrieval
-        names = ("depth_m", "current_m_s", "current_toward_deg")
-        known = {name: getattr(self.sea, name) for name in names if getattr(self.retrieval, name) is None}
-        return self.retrieval.model_copy(update=known)
+        known: dict[str, float] = {}
+        if not (math.isinf(self.sea.depth_m) and self.sea.current_m_s == 0.0):
+            known = {name: getattr(self.sea, name) for name in ("depth_m", "current_m_s", "current_toward_deg")}
+        if self.tracing.diffraction != "none":
+            from ..physics.shadowing import arrival_error_mrad
+
+            known["diffraction_mrad"] = arrival_error_mrad(self.scattering.polarization, self.wavelength_m)
+        known = {name: value for name, value in known.items() if getattr(self.retrieval, name) is None}
+        return self.retrieval.model_copy(update=known) if known else self.retrieval
 
     @property
     def resolved_prediction(self) -> PredictionSettings:

@@ -45,6 +45,14 @@ class RetrievalSettings(Section):
     mean level."""
     crest_bias: Literal["report", "remove"] = "report"
     """Of partly shadowed cells, what is in sight stands above the cell's mean: reported, or removed."""
+    diffraction_mrad: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(100.0),
+        Meaning("mrad", "an angle", left_out="0; for recordings and with tracing.diffraction what full waves give"),
+    ] = None
+    """Error of the angle of arrival | Error of the angle at which echoes arrive over the crests before them, by
+    diffraction: that times the range is part of height_std."""
     coherent_s: Annotated[float, Ge(0.0), Le(0.02), Meaning("s", "of pulses added before they are multiplied")] = 0.0
     """Pulses added for [ms] | Duration of pulses that are added before receivers are compared; it pays far out, where
     noise rules, for sliding_plane and not for adaptive."""

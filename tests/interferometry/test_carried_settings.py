@@ -25,6 +25,7 @@ OTHERS: dict[str, dict[str, Any]] = {
     "paths": {"paths": "one_way"},
     "ambiguity": {"ambiguity": "fold"},
     "crest_bias": {"crest_bias": "remove"},
+    "diffraction_mrad": {"diffraction_mrad": 1.0},
     "coherent_s": {"coherent_s": 0.002},
     "channels": {"channels": "from_cross_paths"},
     "channel_gain_db": {"channel_gain_db": 0.5},

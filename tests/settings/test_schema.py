@@ -22,7 +22,7 @@ from seamap_rt.scene import Scene
 from seamap_rt.settings import Meaning, Section
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_s": "s", "_deg": "°", "_hz": "Hz", "_rpm": "1/min", "_w": "W", "_c": "°C"}
-UNITS |= {"_db": "dB", "_dbi": "dBi", "_dbm": "dBm", "_dbsm": "dBsm", "_psu": "psu"}
+UNITS |= {"_db": "dB", "_dbi": "dBi", "_dbm": "dBm", "_dbsm": "dBsm", "_psu": "psu", "_mrad": "mrad"}
 BOUNDS = {
     "exclusiveMinimum": ("must be greater than", "gt"),
     "minimum": ("must be at least", "ge"),

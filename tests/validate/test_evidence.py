@@ -101,6 +101,7 @@ def test_tables_of_what_studies_print() -> None:
     printed = "Heights:\n\n| sea | rms | bias |\n|---|---|---|\n| calm | 0.01 m | −2 mm |\n\n"
     printed += "sides\nlow   1.5  2\n12 of 24 hold"
     heights, sides = evidence.tables(printed)
+    assert [len(each["rows"]) for each in evidence.tables("| a | b |\n|---|---|\n| 1 | 2 |\nlow   1.5  2")] == [1, 1]
     assert heights == {"title": "Heights", "columns": ["rms", "bias"], "rows": [["calm", "0.01 m", "−2 mm"]]}
     assert sides == {"title": "sides", "columns": [], "rows": [["low", "1.5", "2"], ["12 of 24 hold", "12", "24"]]}
 
