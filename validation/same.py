@@ -99,7 +99,7 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
 def arrays(folder: Path, products: Sequence[str] = (*PRODUCTS, *FURTHER)) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
     """The arrays of these products in a folder of results, by file, group and name."""
     for store, group in _stores(folder) if "run.zarr" in products else ():
-        with xr.open_zarr(store, group=group) as echoes:
+        with xr.open_zarr(store, group=group, consolidated=False) as echoes:
             yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
     for file in (name for name in products if name.endswith(".nc")):
         if file in FURTHER and not (folder / file).exists():
