@@ -42,7 +42,7 @@ def radar_wavelength(frequency_hz: Frequency) -> Frequency:
     return SPEED_OF_LIGHT / frequency_hz
 
 
-def radar_wavenumber(frequency_hz: float) -> float:
+def radar_wavenumber(frequency_hz: Frequency) -> Frequency:
     """k = 2π f/c [rad/m] of a carrier."""
     return 2.0 * np.pi * frequency_hz / SPEED_OF_LIGHT
 

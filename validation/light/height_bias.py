@@ -26,7 +26,7 @@ from ..options import options
 from ..retrieval.seas import against_truth, system
 from .half_visible import BEGIN_M, CASES, END_M, Array, sine_of_arrival
 from .unresolved_profiles import POINTS, STEP_M, Case, both, drawn, wavenumbers
-from .wave_optics import Profile, surface_field
+from .wave_optics import Complex, Profile, surface_field
 from .wave_shadows import FINE, WAVELENGTH_M, water
 
 BANDS_M = (25.0, 50.0, 100.0, 150.0, 200.0)
@@ -43,7 +43,7 @@ class Cells(NamedTuple):
     hh: Array
 
 
-def height_bias(lower: Array, upper: Array, x: Array, baseline_m: float) -> Array:
+def height_bias(lower: Complex, upper: Complex, x: Array, baseline_m: float) -> Array:
     """(cell,) m, NaN where nothing echoes; fields (point,) over those of free space, at ranges x [m]."""
     cross, cell = (lower * np.conj(upper)) ** 2, (x / _CELL_M).astype(int)
     total = np.bincount(cell, cross.real) + 1j * np.bincount(cell, cross.imag)
@@ -66,12 +66,11 @@ def cells(case: Case, seed: int, baseline_m: float) -> Cells:
     lit = tangent >= np.maximum.accumulate(tangent)
     seen = np.bincount(cell, lit) / np.maximum(np.bincount(cell), 1)
     pairs = (edges, [each.vv for each in waves], [each.hh for each in waves])
-    return Cells(
-        _CELL_M * (np.arange(seen.size) + 0.5), seen, *(height_bias(*pair, profile.x, baseline_m) for pair in pairs)
-    )
+    biases = [height_bias(lower, upper, profile.x, baseline_m) for lower, upper in pairs]
+    return Cells(_CELL_M * (np.arange(seen.size) + 0.5), seen, *biases)
 
 
-def over_edges(points: Array, x: Array, height: Array, mast: float) -> Array:
+def over_edges(points: Array, x: Array, height: Array, mast: float) -> Complex:
     """The program's field (point,) over that of free space, between facets' middles."""
     corners = np.arange(BEGIN_M, END_M, _FACET_M)
     found = field_over_profiles(corners, (np.interp(corners, x, height) - mast)[None], WAVELENGTH_M)[0][0]
