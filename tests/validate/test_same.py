@@ -19,7 +19,7 @@ def results(folder: Path, height: float, **metrics: Any) -> Path:
         last = height if name == "maps.nc" else 2.0
         data = xr.Dataset({"height": ("x", np.array([1.0, np.nan, last]))})
         if name.endswith(".zarr"):
-            data.to_zarr(folder / name, consolidated=False)
+            data.to_zarr(folder / name, group="echoes", consolidated=False)
         else:
             xr.DataTree.from_dict({"/polar": data}).to_netcdf(folder / name, engine="h5netcdf")
     (folder / "metrics.json").write_text(json.dumps(metrics))
