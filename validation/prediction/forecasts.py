@@ -284,10 +284,9 @@ def joined(parts: list[Compared]) -> Compared:
 
 
 def _line(name: str, figures: dict[str, float], worst: float | None = None) -> str:
-    least = f"{worst:7.3f}" if worst is not None else " " * 7
-    return f"  {name:28}{figures['corr']:7.3f}{least}{figures['rms']:7.3f}{figures['stated']:7.3f}" + (
-        f"{figures['ratio']:7.2f}{figures['within']:8.1%}"
-    )
+    least = "" if worst is None else f"{worst:.3f}"
+    shown = f"{figures['corr']:.3f} | {least} | {figures['rms']:.3f} | {figures['stated']:.3f}"
+    return f"| {name} | {shown} | {figures['ratio']:.2f} | {figures['within']:.1%} |"
 
 
 def main() -> None:
@@ -302,8 +301,7 @@ def main() -> None:
         rows = [run_told(scene) if given.own_spectrum else run(scene) for scene in scenes]
         warm = float(np.median(np.concatenate([seconds for _, seconds, _ in rows])))
         sharp = ", ".join(f"{each:.2f}" for *_, each in rows)
-        print(f"{name}: warm update {warm:.2f} s; sharpness {sharp}", flush=True)
-        print(f"  {'':28}   corr  worst    rms stated  ratio  within")
+        print(f"**{name}**\n\n| | correlation | worst | rms | stated | ratio | within 1.96 |\n" + "|---" * 7 + "|")
         for place in rows[0][0]:
             parts = [compared[place] for compared, *_ in rows]
             if place.startswith("hidden"):
@@ -313,6 +311,7 @@ def main() -> None:
                 part = slice(first, last + 1)
                 worst = min(each.figures(part)["corr"] for each in parts)
                 print(_line(f"{place}, {lead}", joined(parts).figures(part), worst), flush=True)
+        print(f"\n{name}: warm update {warm:.2f} s; sharpness {sharp}\n", flush=True)
 
 
 if __name__ == "__main__":
