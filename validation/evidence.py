@@ -302,7 +302,7 @@ def make(name: str, draw: int | None = None) -> tuple[dict[str, Any], str]:
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, *study.words(draw, folder)]
         ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    if ran.returncode not in (0, 1):
+    if ran.returncode not in (0, 1) or "Traceback (most recent call last)" in ran.stderr:
         raise RuntimeError(f"{name} ended with {ran.returncode}: {ran.stderr[-500:]}")
     made = {
         "command": f"python {' '.join(study.words(draw))}",

@@ -46,7 +46,7 @@ def waves(height: Field) -> Field:
 def expected_spectrum(parts: list[xr.Dataset]) -> Spectrum:
     """By the mean of some buoys' velocities, of as many samples each."""
     names = ("velocity_up", "velocity_east", "velocity_north")
-    samples = min(part.sizes["time"] for part in parts)
+    samples = min(part.sizes["sample"] for part in parts)
     up, east, north = (np.stack([part[name].values[-samples:] for part in parts]) for name in names)
     return spectrum_of_buoys(up, east, north, 5.0)
 
