@@ -65,12 +65,19 @@ def open_echoes(path: str | Path) -> xr.Dataset:
 
 
 def store_of_echoes(path: Path) -> tuple[Path, str]:
-    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it."""
+    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it.
+
+    InputError for a run's store without such a group."""
+    path = path.absolute()
     if path.name == _GROUP and path.parent.name == RUN:
         return path.parent, _GROUP
     for name in (RUN, "echoes.zarr"):
         path = path / name if (path / name).is_dir() else path
-    return (path, _GROUP) if (path / _GROUP).is_dir() else (path, "")
+    if (path / _GROUP).is_dir():
+        return path, _GROUP
+    if path.name == RUN and path.is_dir() and not (path / "voltage").is_dir():
+        raise InputError(f"ECHOES = '{path}': holds no group {_GROUP}; wait for the run's first turn, or copy it whole")
+    return path, ""
 
 
 def _opened(store: Path, group: str) -> xr.Dataset:

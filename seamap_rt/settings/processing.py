@@ -52,7 +52,7 @@ class RetrievalSettings(Section):
         Meaning("mrad", "an angle", left_out="0; for recordings and with tracing.diffraction what full waves give"),
     ] = None
     """Error of the angle of arrival | Error of the angle at which echoes arrive over the crests before them, by
-    diffraction: that times the range is part of height_std."""
+    diffraction: that times the range is part of height_std; bars of single dwells and forecasts hold none of it."""
     coherent_s: Annotated[float, Ge(0.0), Le(0.02), Meaning("s", "of pulses added before they are multiplied")] = 0.0
     """Pulses added for [ms] | Duration of pulses that are added before receivers are compared; it pays far out, where
     noise rules, for sliding_plane and not for adaptive."""

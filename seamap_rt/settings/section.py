@@ -4,7 +4,7 @@ A key is one declaration: its type, its limits (`annotated_types`, which pydanti
 schema), its `Meaning` (unit, and the reason of its limits), its default, and below it what it is:
 
     width_m: Annotated[float, Gt(0.0), Le(20.0), Meaning("m", "aperture width")] = 1.0
-    # and a docstring: Aperture [cm] | Width of the aperture.
+    # and a docstring: Aperture [mm] | Width of the aperture.
 
 Before the bar stands what people call the key, and the unit that they use, where these do not follow from its name and
 its unit; what is in (round brackets) is left out where the label stands alone.

@@ -45,7 +45,7 @@ def test_height_bars_hold_the_error_of_the_angle_of_arrival_times_the_range_and_
 
 
 def test_scenes_without_diffraction_state_none_of_its_error_others_and_recordings_do() -> None:
-    """Recorded: tests/io/test_recorded.py; as √λ, more in HH than in VV."""
+    """It grows as √λ, and is more in HH than in VV."""
     assert sr.load_scene("tiny").resolved_retrieval.diffraction_mrad is None
     edges = sr.load_scene("tiny", {"tracing.diffraction": "knife_edge", "scattering.polarization": "HH"})
     assert edges.resolved_retrieval.diffraction_mrad == pytest.approx(arrival_error_mrad("HH", edges.wavelength_m))
