@@ -56,7 +56,7 @@ class Verification:
 
 
 class Verifications:
-    """Those of the folders that were asked for last."""
+    """Of a few folders: the last ones that were read."""
 
     def __init__(self) -> None:
         self._kept: OrderedDict[tuple[str, int], asyncio.Future[Verification]] = OrderedDict()
@@ -97,7 +97,7 @@ def verify_folder(folder: Path) -> Verification:
     from ..scene import scene_of
 
     if not (folder / "scene.toml").is_file():
-        raise InputError("the scene is not known, and so nobody knows what came")
+        raise InputError("the scene is not known, and so neither is the sea that the forecasts were of")
     scene = scene_of(read_toml(folder / "scene.toml"))
     path = folder / "prediction.nc"
     try:

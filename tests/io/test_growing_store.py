@@ -220,3 +220,20 @@ def test_what_somebody_removes_in_the_midst_of_a_turn_is_no_warning(
     monkeypatch.setattr("zarr.storage._local._put", removed)
     with pytest.raises(OSError, match=r"run\.zarr|No such file"):
         store.append({"echoes": turn(1)})
+
+
+def test_a_group_named_from_within_its_store_holds_no_turn_that_is_not_marked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While a store grows its arrays have room for turns to come, which the root's mark leaves out."""
+    grown(tmp_path / "run.zarr")
+    whole = open_echoes(tmp_path / "run.zarr")
+    monkeypatch.chdir(tmp_path / "run.zarr")
+    assert open_echoes("echoes").sizes == whole.sizes
+
+
+def test_a_run_without_echoes_is_named_as_such(tmp_path: Path) -> None:
+    grown(tmp_path / "run.zarr")
+    shutil.rmtree(tmp_path / "run.zarr" / "echoes")
+    with pytest.raises(InputError, match=r"run\.zarr': holds no group echoes; wait for the run's first turn"):
+        open_echoes(tmp_path)
