@@ -52,6 +52,7 @@ def open_echoes(path: str | Path) -> xr.Dataset:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what else lies in the folder: what matters is checked after
             store, group = store_of_echoes(Path(path))
+            _require_group(store, group)
             check_store(store, "a store of echoes", named=f"ECHOES = '{path}'", group=group)
             dataset = _opened(store, group)
             dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
@@ -65,19 +66,20 @@ def open_echoes(path: str | Path) -> xr.Dataset:
 
 
 def store_of_echoes(path: Path) -> tuple[Path, str]:
-    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it.
-
-    InputError for a run's store without such a group."""
-    path = path.absolute()
+    """The store that is meant by its path, or its folder's; and its group of echoes, "" where they are all of it."""
+    if path.name in ("", _GROUP):  # given from within the store
+        path = path.absolute()
     if path.name == _GROUP and path.parent.name == RUN:
         return path.parent, _GROUP
     for name in (RUN, "echoes.zarr"):
         path = path / name if (path / name).is_dir() else path
-    if (path / _GROUP).is_dir():
-        return path, _GROUP
-    if path.name == RUN and path.is_dir() and not (path / "voltage").is_dir():
-        raise InputError(f"ECHOES = '{path}': holds no group {_GROUP}; wait for the run's first turn, or copy it whole")
-    return path, ""
+    return (path, _GROUP) if (path / _GROUP).is_dir() else (path, "")
+
+
+def _require_group(store: Path, group: str) -> None:
+    """Raise InputError for a run's store without its echoes."""
+    if not group and store.name == RUN and store.is_dir() and not (store / "voltage").is_dir():
+        raise InputError(f"ECHOES = '{store}': has no group {_GROUP}; wait for the run's first turn, or copy it whole")
 
 
 def _opened(store: Path, group: str) -> xr.Dataset:

@@ -235,5 +235,5 @@ def test_a_group_named_from_within_its_store_holds_no_turn_that_is_not_marked(
 def test_a_run_without_echoes_is_named_as_such(tmp_path: Path) -> None:
     grown(tmp_path / "run.zarr")
     shutil.rmtree(tmp_path / "run.zarr" / "echoes")
-    with pytest.raises(InputError, match=r"run\.zarr': holds no group echoes; wait for the run's first turn"):
+    with pytest.raises(InputError, match=r"run\.zarr': has no group echoes; wait for the run's first turn"):
         open_echoes(tmp_path)
