@@ -73,10 +73,13 @@ def tracer(
     return trace if diffraction == "none" else _add_diffraction(trace, radar_wavelength(radar.frequency_hz))
 
 
+_LEAST_FIELD = 0.25  # one way, over that of free space: less returns −24 dB, to which half as many facets would add
+
+
 def _add_diffraction(trace: Tracer, wavelength_m: float) -> Tracer:
     from .diffraction import diffract  # numba takes half a second to import: only where it is used
 
-    return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)
+    return lambda mesh: diffract(trace(mesh), mesh, wavelength_m, _LEAST_FIELD)
 
 
 __all__ = ["Illumination", "RayScenes", "Tracer", "UnresolvedWaves", "tracer"]

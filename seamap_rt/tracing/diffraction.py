@@ -30,40 +30,44 @@ from scipy.special import wofz
 
 from ..compute.compiled import compiled_strict
 from ..compute.machine import pool
-from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
+from ..mesh.facets import Plane
 from .illumination import Illumination
 
 if TYPE_CHECKING:
     from ..mesh.surface import SurfaceMesh  # loads trimesh
 
 _END = 22.5  # |v| from which on the edge has no effect: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
-_PER_V = 200  # entries of the table per unit of v: linear between them errs by 1e-5
-_ALONG = 1e-6  # rad: a ray at less than this to the facet runs along it, as that from the facet's own near corner does
+_LEAST = 0.01  # field over that of free space, one way, below which it is taken as 0
+_PER_V = 600  # entries of the table per unit of v: linear between them errs by 2e-5
+_ALONG = 1e-5  # rad: a ray at less than this to the facet runs along it, as that from the facet's own near corner does
 _COLUMNS = 32  # worked on at a time
 
 
-def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Illumination:
+def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float, least: float = _LEAST) -> Illumination:
     """The mesh's geometric light with `field` (antenna, column, facet) and `ray_slope` (column, facet) added.
 
-    `field` is 0 where the facet leans away from the ray that arrives, and where less than 1e-4 of the power does.
-    wavelength_m: of the radar. ValueError unless it is finite and above 0.
+    Edges and field are those of the profile along each column's middle, in steps of a rung: both facets between two
+    rungs get the field halfway. `field` is 0 where a facet leans away from the ray that arrives, and where it is weaker
+    than `least`. wavelength_m: of the radar. ValueError unless it is finite and above 0.
     """
     if not 0.0 < wavelength_m < np.inf:
         raise ValueError(f"wavelength_m = {wavelength_m:g}: must be finite and above 0; give the radar's, c/f")
-    positions = mesh.grid.antenna_positions
+    positions, middle = mesh.grid.antenna_positions, Plane.of(mesh.grid, 0.5)
     field = np.zeros((positions.shape[1], *light.height.shape), dtype=np.complex64)
-    ray_slope = np.zeros(light.height.shape, dtype=np.float32)
+    straight = (-light.rise / light.distance).astype(np.float32)
+    ray_slope = straight.copy()
     table = _fresnel_table()
-    planes = [_chain(profile(mesh.elevation, mesh.grid, fraction)) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
 
     def work(start: int) -> None:
         columns = slice(start, start + _COLUMNS)
-        for first, (distance, height) in enumerate(planes):
-            surface = height[columns] - mesh.grid.column_height[columns]
-            for antenna in range(positions.shape[1]):
-                antenna_at = np.ascontiguousarray(positions[columns, antenna, ::2])
-                station = antenna_at, 4.0 / wavelength_m, 1.0 / len(field)
-                _fill_edge_field(distance, surface, first, station, table, field[antenna, columns], ray_slope[columns])
+        lines = mesh.elevation[start : start + _COLUMNS + 1]
+        surface = 0.5 * (lines[:-1] + lines[1:]) - mesh.grid.column_height[columns]
+        for antenna in range(positions.shape[1]):
+            at = np.ascontiguousarray(positions[columns, antenna, ::2])
+            station = at, 4.0 / wavelength_m, 1.0 / len(field), least
+            facets = light.slope_look[columns], straight[columns], light.lit[antenna, columns]
+            rungs = middle.rung_distance
+            _fill_edge_field(rungs, surface, facets, station, table, field[antenna, columns], ray_slope[columns])
 
     with pool() as workers:
         list(workers.map(work, range(0, light.grid.columns, _COLUMNS)))
@@ -82,84 +86,87 @@ def field_over_profiles(
     antenna_m: where it is (profile, 2), along the profile and above its zero; there by default.
     """
     shape = height_m.shape[0], distance_m.size - 1
-    field, ray_slope = np.zeros(shape, np.complex64), np.zeros(shape, np.float32)
+    slope = (np.diff(height_m, axis=1) / np.diff(distance_m)).astype(np.float32)
+    straight = (-(height_m[:, :-1] + height_m[:, 1:]) / (distance_m[:-1] + distance_m[1:])).astype(np.float32)
+    field, ray_slope, faces = np.zeros(shape, np.complex64), straight.copy(), slope + straight > 0.0
     antenna = np.zeros((shape[0], 2)) if antenna_m is None else antenna_m
     table = _fresnel_table()
 
     def work(start: int) -> None:
         rows = slice(start, start + _COLUMNS)
-        station = antenna[rows], 4.0 / wavelength_m, 1.0
-        for first in (0, 1):
-            _fill_edge_field(distance_m, height_m[rows], first, station, table, field[rows], ray_slope[rows])
+        station = antenna[rows], 4.0 / wavelength_m, 1.0, _LEAST
+        facets = slope[rows], straight[rows], faces[rows]
+        _fill_edge_field(distance_m, height_m[rows], facets, station, table, field[rows], ray_slope[rows])
 
     with pool() as workers:
         list(workers.map(work, range(0, shape[0], _COLUMNS)))
     return field, ray_slope
 
 
-def _chain(plane: Profile) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Distances (corner,) and heights (column, corner) of a profile's corners, outward.
-
-    Between corners n and n + 1 lies facet n, on the near facets' plane if n is even, on the far facets' if odd.
-    """
-    distance = np.empty(2 * plane.rung_distance.size - 1)
-    height = np.empty((plane.rung_height.shape[0], distance.size))
-    distance[0::2], distance[1::2] = plane.rung_distance, plane.diagonal_distance
-    height[:, 0::2], height[:, 1::2] = plane.rung_height, plane.diagonal_height
-    return distance, height
-
-
 def _fresnel_table() -> NDArray[np.complex128]:
-    """F(v) exp(jπv²/2) = ½ w(√(π/2) j e^{jπ/4} v) at v = 0 … _END, by Faddeeva's function w: it does not oscillate."""
+    """F(v) at v = 0 … _END: ½ w(√(π/2) j e^{jπ/4} v) exp(−jπv²/2), by Faddeeva's function w."""
     v = np.arange(int(_END * _PER_V) + 2) / _PER_V
-    return 0.5 * wofz(np.sqrt(0.5 * np.pi) * np.exp(0.75j * np.pi) * v)
+    return 0.5 * wofz(np.sqrt(0.5 * np.pi) * np.exp(0.75j * np.pi) * v) * np.exp(-0.5j * np.pi * v**2)
 
 
 @compiled_strict
-def _fill_edge_field(distance, surface, first, station, table, field, ray_slope):
-    """Fill field (column, facet) with F of the facets first, first + 2 …, and add this antenna's share of their rays'
-    slope to ray_slope.
+def _fill_edge_field(distance, surface, facets, station, table, field, ray_slope):
+    """Fill field (column, facet) with F at the middles of the steps between corners, and add to ray_slope, that of
+    straight rays, this antenna's share of how much steeper they come over the edges.
 
-    distance (corner,) and surface (column, corner) are in the antennas' frame; station: the antenna's position in it
-    for each column, along and above; 4/λ; and that share.
+    distance (corner,) and surface (column, corner) are in the antennas' frame. facets: their slopes outward, those of
+    straight rays to them, and which light reaches, as many for each step. station: the antenna's position for each
+    column, along and above; 4/λ; that share; and the least |F|, below which it is 0.
     """
-    position, per_wavelength, share = station
+    position, per_wavelength, share, least = station
+    deep = 2.0 * (0.5 / least) ** 2  # of v²: |F| is below 0.23/v, and rays fall by less than 45°
+    slope_look, straight, lit = facets
     corners = distance.size
-    rise, tangent = np.empty(corners), np.empty(corners)
+    repeat = slope_look.shape[1] // (corners - 1)
     edges = np.empty((3, corners))  # reach, rise and tangent of each
     coming = np.empty(corners, np.complex128)  # to each edge
     for column in range(surface.shape[0]):
         along, above = position[column, 0], position[column, 1]
-        reach = distance - along
-        for n in range(corners):
-            rise[n] = surface[column, n] - above
-            tangent[n] = rise[n] / reach[n] if reach[n] > 0.0 else -np.inf
         count, highest = 0, -np.inf
+        reach, rise = distance[0] - along, surface[column, 0] - above
+        tangent = rise / reach if reach > 0.0 else -np.inf
         for n in range(corners - 1):
-            if tangent[n] >= highest:
-                highest = tangent[n]
-                if tangent[n + 1] < highest:
-                    coming[count] = _dominant_field(edges, count, reach[n], rise[n], per_wavelength, table)
-                    edges[0, count], edges[1, count], edges[2, count] = reach[n], rise[n], highest
+            reach_out, rise_out = distance[n + 1] - along, surface[column, n + 1] - above
+            tangent_out = rise_out / reach_out if reach_out > 0.0 else -np.inf
+            if tangent >= highest:
+                highest = tangent
+                if tangent_out < highest:
+                    coming[count] = _dominant_field(edges, count, reach, rise, per_wavelength, table)
+                    edges[0, count], edges[1, count], edges[2, count] = reach, rise, highest
                     count += 1
-            if n % 2 != first:
-                continue
-            x, z = 0.5 * (reach[n] + reach[n + 1]), 0.5 * (rise[n] + rise[n + 1])
-            straight = -(z + above) / (x + along)  # from the middle between the antennas
+            x, z = 0.5 * (reach + reach_out), 0.5 * (rise + rise_out)
+            reach, rise, tangent = reach_out, rise_out, tangent_out
             if x <= 0.0:
-                ray_slope[column, n] += share * straight
                 continue
-            last = _dominant(edges, count, x, z / x)
-            if last >= 0 and edges[2, last] > z / x:
-                falls = (edges[1, last] - z) / (x - edges[0, last])
-                ray_slope[column, n] += share * falls
-                if rise[n + 1] - rise[n] > (_ALONG - falls) * (reach[n + 1] - reach[n]):  # else it leans away
-                    field[column, n] = coming[last] * _fresnel_factor(edges, last, x, z, per_wavelength, table)
+            slope, inner, outer = z / x, repeat * n, repeat * (n + 1)
+            last = _dominant(edges, count, x, slope)
+            if last < 0 or edges[2, last] <= slope:
+                found = _fresnel_factor(edges, last, x, z, per_wavelength, table)
+                if last > 0:
+                    over = edges[0, last]
+                    found *= _dominant_field(edges, last, over, over * slope, per_wavelength, table)
+                for facet in range(inner, outer):
+                    if lit[column, facet] or slope_look[column, facet] + straight[column, facet] > _ALONG:
+                        field[column, facet] = found
                 continue
-            ray_slope[column, n] += share * straight
-            over = edges[0, last] if last > 0 else x
-            before = _dominant_field(edges, last, over, over * z / x, per_wavelength, table)
-            field[column, n] = before * _fresnel_factor(edges, last, x, z, per_wavelength, table)
+            beyond = x - edges[0, last]
+            falls = (edges[1, last] - z) / beyond
+            for facet in range(inner, outer):
+                ray_slope[column, facet] += share * (falls - straight[column, facet])
+            if (
+                per_wavelength * (edges[2, last] - slope) ** 2 * edges[0, last] * x > deep * beyond
+            ):  # 2v² of small slopes
+                continue
+            found = coming[last] * _fresnel_factor(edges, last, x, z, per_wavelength, table)
+            if abs(found) >= least:
+                for facet in range(inner, outer):
+                    if slope_look[column, facet] + falls > _ALONG:  # else it leans away
+                        field[column, facet] = found
 
 
 @compiled_strict
@@ -174,10 +181,13 @@ def _dominant(edges, count, x, slope):
     best = count - 1
     if best < 0 or edges[2, best] >= slope:
         return best
-    least = np.inf
-    for number in range(count):
-        clearance = (slope - edges[2, number]) ** 2 * edges[0, number] / (x - edges[0, number])  # v², to a factor
-        if clearance <= least:
+    least, lowest = np.inf, edges[0, 0] / (x - edges[0, 0])
+    for number in range(count - 1, -1, -1):
+        square = (slope - edges[2, number]) ** 2
+        if square * lowest > least:  # so it is for all before
+            break
+        clearance = square * edges[0, number] / (x - edges[0, number])  # v², to a factor
+        if clearance < least:
             best, least = number, clearance
     return best
 
@@ -193,8 +203,7 @@ def _fresnel_factor(edges, number, x, z, per_wavelength, table):
     if size < _END:
         entry = size * _PER_V
         n = int(entry)
-        phase = 0.5 * np.pi * size * size
-        shadow = (table[n] + (entry - n) * (table[n + 1] - table[n])) * complex(np.cos(phase), -np.sin(phase))
+        shadow = table[n] + (entry - n) * (table[n + 1] - table[n])
     return shadow if v > 0.0 else 1.0 - shadow
 
 

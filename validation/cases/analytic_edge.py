@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing.diffraction import diffract
+from seamap_rt.tracing.horizon import trace_horizon
 
 from ..analytic.diffraction import knife_edge
 from ..report import Case, Outcome
@@ -36,10 +37,12 @@ def edge(full: bool) -> Outcome:
     keys: dict[str, Any] = {"radar.sector_deg": [90.0, 92.0], "radar.range_m": [15.0, 60.0], "radar.baseline_m": 0.0}
     scene = sr.load_scene("flat", {**keys, "radar.frequency_hz": 299_792_458.0 / LENGTH_M, "tracing.facet_m": 0.05})
     mesh = mesh_turn(Ridge(), scene.radar, scene.meshing, 0)
-    facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
+    facets = diffract(trace_horizon(mesh), mesh, LENGTH_M)
     assert facets.field is not None
-    behind = facets.distance > RIDGE_M + 2.0
-    distance, computed = facets.distance[behind], facets.field[0, 3, behind].astype(np.complex128)
+    rungs = mesh.grid.ground_range
+    middle = 0.5 * (rungs[1:] + rungs[:-1])
+    behind = middle > RIDGE_M + 2.0
+    distance, computed = middle[behind], facets.field[0, 3, ::2][behind].astype(np.complex128)
     v = _fresnel_height(distance)
     exact = knife_edge(v)
     ends = RIDGE_M * 5.0 / (5.0 - CREST_M)

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt.mesh.facets import NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import profile
 from seamap_rt.simulation import Simulator
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing.diffraction import diffract
+from seamap_rt.tracing.horizon import trace_horizon
 
 from ..options import options
 
@@ -60,17 +61,14 @@ def main() -> None:
     arguments = options(__doc__, columns=6)
     scene = sr.load_scene("choppy_sea", {"tracing.tracer": "horizon"})
     mesh = Simulator(scene).mesh(0)
-    facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
+    facets = diffract(trace_horizon(mesh), mesh, scene.wavelength_m)
     assert facets.field is not None
-    plane, (along, _, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.grid.antenna_positions[0, 0]
+    plane, (along, _, above) = profile(mesh.elevation, mesh.grid, 0.5), mesh.grid.antenna_positions[0, 0]
     sums = np.zeros((2, 3, len(BANDS_M) - 1))  # all and dark; straight, two edges, march; band
     misses = np.zeros((2, 2, len(BANDS_M) - 1))  # square and count; lit and dark
     for column in np.linspace(0, facets.grid.columns, arguments.columns, endpoint=False).astype(int):
-        reach = np.empty(2 * plane.rung_distance.size - 1)
-        rise = np.empty(reach.size)
-        reach[0::2], reach[1::2] = plane.rung_distance - along, plane.diagonal_distance - along
-        rise[0::2], rise[1::2] = plane.rung_height[column], plane.diagonal_height[column]
-        waves = march(reach, rise - mesh.grid.column_height[column] - above, scene.wavelength_m)[0::2]
+        rise = plane.rung_height[column] - mesh.grid.column_height[column] - above
+        waves = march(plane.rung_distance - along, rise, scene.wavelength_m)
         edges, lit = facets.field[0, column, 0::2], facets.lit[0, column, 0::2]
         facing, distance = edges != 0.0, facets.distance[0::2]
         band = np.digitize(distance, BANDS_M) - 1
