@@ -27,7 +27,16 @@ from .interferogram import Interferogram
 from .looks import Looks, interferogram
 from .poses import Heights
 from .quality import quality_flags
-from .slopes import Shadow, Slopes, local_planes, plane_reach, rms_slope, shadow, visible_slopes
+from .slopes import (
+    Shadow,
+    Slopes,
+    diffraction_error,
+    local_planes,
+    plane_reach,
+    rms_slope,
+    shadow,
+    visible_slopes,
+)
 from .speckle import ONE_CELL
 from .velocity import Doppler, Lag, doppler, ground_velocity, own_velocity
 from .windows import window_weights
@@ -140,7 +149,9 @@ def retrieve_turn(
     outward, outward_std = visible_slopes(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
     sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
     common = _transmitter_error(given, heights) ** 2 + sensed
-    bent = 1e-3 * (settings.diffraction_mrad or 0.0) * radar.ranges
+    bent = diffraction_error(
+        seen.visible_share, height, spread, radar.ranges, 1e-3 * (settings.diffraction_mrad or 0.0)
+    )
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + bent**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias

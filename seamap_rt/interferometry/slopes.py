@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import uniform_filter
 from scipy.special import erf, erfcx
 
 from ..compute.compiled import compiled
@@ -170,6 +171,7 @@ _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response i
 _OBSERVATIONS = 2.0
 _SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
+_AROUND = 15, 11  # looks and gates: some 27° × 33 m, so that what a crest hides and what it lights are in one mean
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
 
 
@@ -261,6 +263,22 @@ def crest_bias(share: Map, slope_rms: float, length: float, width: Map | float) 
     fourth = square * (hidden + 2.0) * (hidden + 3.0) / ((_CONFIDENCE + 2.0) * (_CONFIDENCE + 3.0))
     mean = depth * square
     return mean, np.sqrt(np.maximum(2.0 * depth**2 * fourth - mean**2, 0.0))
+
+
+def diffraction_error(share: Map, height: Map, spread: Map, ranges: NDArray[np.float64], angle: float) -> Map:
+    """Error [m] of heights by light that bends over the crests before them.
+
+    The angle of arrival errs where crests are near the ray, so with the hidden share of the water around a cell; and
+    no height errs by more than the sea's own. share, height, spread (look, gate): visible share, height and its error
+    [m], NaN where unknown; ranges (gate,) m; angle: the error [rad] if all around were hidden.
+    """
+    known = np.isfinite(height) & (spread > 0.0)
+    if angle == 0.0 or not known.any():
+        return np.zeros(height.shape)
+    weight = np.where(known, np.maximum(spread, np.quantile(spread[known], 0.1)), np.inf) ** -2.0
+    sea = max(float(np.sqrt(np.sum(weight * np.nan_to_num(height) ** 2) / weight.sum())), 1e-6)
+    hidden = 1.0 - uniform_filter(np.nan_to_num(share), _AROUND, mode="nearest")
+    return np.sqrt(np.clip(hidden, 0.0, 1.0)) / np.hypot(1.0 / (angle * ranges), 1.0 / sea)
 
 
 def _smoothed(field: Map) -> Map:

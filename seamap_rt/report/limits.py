@@ -158,11 +158,10 @@ def _no_boat(case: Case) -> Iterator[Row]:
 def _diffraction(case: Case) -> Iterator[Row]:
     """What crests do to the light that passes over them."""
     scene = case.scene
-    bent = 1e-3 * arrival_error_mrad(scene.scattering.polarization, scene.wavelength_m) * case.middle_m
-    error, source = (
-        f"m rms of height {case.place}",
-        "maps with knife edges; cells of one look err thrice that",
-    )
+    angle = 1e-3 * arrival_error_mrad("VV", scene.wavelength_m)
+    hidden = link.shadowed_share(case.radar, case.resolved.look_slope_variance)
+    bent = math.sqrt(hidden) / math.hypot(1.0 / (angle * case.middle_m), 1.0 / max(case.resolved.elevation_std, 1e-9))
+    error, source = f"m rms of height {case.place}", "maps with knife edges; full waves turn cells more, HH most"
     if scene.tracing.diffraction != "none":
         says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error holds so much"
         yield row("what diffraction does to heights", bent, error, source, says)
@@ -210,8 +209,7 @@ def _no_scattering(case: Case) -> Iterator[Row]:
             case, "breakers gather on the resolved waves alone; scattering.texture = true has patches of them"
         )
     if scattering.breaking and not scattering.sea_spikes:
-        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
-        says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"
+        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
         yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.place}", "Watts & Wicks (1990)", says)
     elif not scattering.breaking:
         says = "scattering.breaking = false: HH owes its mean to the calibration"

@@ -129,7 +129,7 @@ class Scene(TableMixin, Section):
         if self.tracing.diffraction != "none":
             from ..physics.shadowing import arrival_error_mrad
 
-            known["diffraction_mrad"] = arrival_error_mrad(self.scattering.polarization, self.wavelength_m)
+            known["diffraction_mrad"] = arrival_error_mrad("VV", self.wavelength_m)  # as knife edges do in either
         known = {name: value for name, value in known.items() if getattr(self.retrieval, name) is None}
         return self.retrieval.model_copy(update=known) if known else self.retrieval
 

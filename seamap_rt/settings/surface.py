@@ -31,7 +31,7 @@ class ScatteringSettings(Section):
     """Whether a measured model's formula runs on beyond the winds and frequencies of its paper."""
     breaking: Annotated[bool, _TWO_SCALE] = True
     """Breakers, which know no polarization and so raise HH."""
-    sea_spikes: Annotated[bool, _TWO_SCALE] = False
+    sea_spikes: Annotated[bool, _TWO_SCALE] = True
     """Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each facet,
     with the same mean."""
     texture: Annotated[bool, _TWO_SCALE] = False
@@ -89,9 +89,9 @@ class TracingSettings(Section):
     sea; `horizon`: running maximum of the elevation angle along the mesh's own profiles, for a sea that stands once
     over each place, without a ray tracing backend; `paths`: a line of sight to every facet by Sionna RT's PathSolver,
     an independent and slower reference."""
-    diffraction: Literal["none", "knife_edge"] = "none"
-    """`none`: geometric shadows; `knife_edge`: the field over up to two crests, with its phase, at each facet and
-    antenna."""
+    diffraction: Literal["none", "knife_edge"] = "knife_edge"
+    """`knife_edge`: the field over up to two crests at each facet and antenna: they turn the phase of the water behind
+    them, lit or not; `none`: straight rays, geometric shadows, a sixth faster."""
     unresolved_shadowing: Literal["none", "fresnel", "smith"] = "none"
     """Shadows of waves that the mesh does not carry. `none`: they cast none; `smith`: they hide what they would hide
     from light. Of each lit facet that share is in sight and echoes which Smith (1967) gives for the slopes of the

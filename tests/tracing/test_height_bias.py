@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import seamap_rt as sr
+from seamap_rt.interferometry.slopes import diffraction_error
 from seamap_rt.physics.shadowing import arrival_error_mrad
 from validation.light.height_bias import height_bias, over_edges
 from validation.light.wave_shadows import WAVELENGTH_M
@@ -32,12 +33,34 @@ def test_over_level_water_nothing_turns_the_phase() -> None:
     assert np.abs(bias[np.isfinite(bias)]).max() < 1e-3
 
 
-def test_height_bars_hold_the_error_of_the_angle_of_arrival_times_the_range_and_nothing_else_changes() -> None:
+@pytest.mark.parametrize("share", [0.0, 0.36, 1.0])
+def test_the_error_grows_with_range_and_hidden_share_up_to_the_seas_own_height(share: float) -> None:
+    """Near by the angle times the range, far off the sea's rms, both times the root of what is hidden: none where all
+    is in sight."""
+    ranges = np.array([1e-3, 10.0, 1e6])
+    height = np.full((20, 3), 0.5)
+    error = diffraction_error(np.full(height.shape, share), height, np.full(height.shape, 0.1), ranges, 2e-3)
+    root = np.sqrt(1.0 - share)
+    exact = root * np.array([2e-6, 1.0 / np.hypot(1.0 / 2e-2, 1.0 / 0.5), 0.5])
+    np.testing.assert_allclose(error, np.broadcast_to(exact, error.shape), rtol=1e-5, atol=1e-12)
+
+
+def test_no_height_known_or_no_angle_is_no_error() -> None:
+    height, ranges = np.full((4, 3), np.nan), np.array([10.0, 20.0, 30.0])
+    for known, angle in ((height, 2e-3), (np.ones((4, 3)), 0.0)):
+        np.testing.assert_array_equal(diffraction_error(height, known, known, ranges, angle), 0.0)
+
+
+def test_height_bars_hold_it_and_nothing_else_changes() -> None:
     scene = sr.load_scene("tiny", {"tracing.tracer": "horizon"})
     echoes = sr.simulate(scene).echoes
-    straight, bent = (sr.retrieve(echoes, {"diffraction_mrad": error})["polar"].to_dataset() for error in (None, 2.0))
-    expected = np.hypot(straight["height_std"].values, 2e-3 * straight["range"].values)
-    np.testing.assert_allclose(bent["height_std"].values, expected, rtol=1e-5)
+    straight, bent = (sr.retrieve(echoes, {"diffraction_mrad": error})["polar"].to_dataset() for error in (0.0, 2.0))
+    known = np.isfinite(straight["height_std"].values)
+    more = bent["height_std"].values[known] ** 2 - straight["height_std"].values[known] ** 2
+    assert more.min() >= -1e-9
+    assert more.max() > 0.0
+    ranges = np.broadcast_to(straight["range"].values, known.shape)[known]
+    assert np.all(more <= (2e-3 * ranges) ** 2 * (1.0 + 1e-5) + 1e-9)
     others = [name for name in straight if name != "height_std" and not straight[name].equals(bent[name])]
     assert others == []
     assert "diffraction" in bent.attrs["height_std_holds"]
@@ -45,10 +68,10 @@ def test_height_bars_hold_the_error_of_the_angle_of_arrival_times_the_range_and_
 
 
 def test_scenes_without_diffraction_state_none_of_its_error_others_and_recordings_do() -> None:
-    """It grows as √λ, and is more in HH than in VV."""
-    assert sr.load_scene("tiny").resolved_retrieval.diffraction_mrad is None
+    """It grows as √λ, and is more in HH than in VV, but for knife edges, which know no polarization."""
+    assert sr.load_scene("tiny", {"tracing.diffraction": "none"}).resolved_retrieval.diffraction_mrad is None
     edges = sr.load_scene("tiny", {"tracing.diffraction": "knife_edge", "scattering.polarization": "HH"})
-    assert edges.resolved_retrieval.diffraction_mrad == pytest.approx(arrival_error_mrad("HH", edges.wavelength_m))
+    assert edges.resolved_retrieval.diffraction_mrad == pytest.approx(arrival_error_mrad("VV", edges.wavelength_m))
     assert arrival_error_mrad("HH", 0.03) > arrival_error_mrad("VV", 0.03)
     assert arrival_error_mrad("VV", 0.12) == pytest.approx(2.0 * arrival_error_mrad("VV", 0.03))
     own = edges.model_copy(update={"retrieval": edges.retrieval.model_copy(update={"diffraction_mrad": 0.1})})
