@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
-from ..io.reading import is_there, read_whole_turns
+from ..io.reading import read_whole_turns, results_exist
 from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
@@ -35,7 +35,7 @@ _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | None:
     """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
     path = folder / "prediction.nc"
-    if not is_there(path):
+    if not results_exist(path):
         return None
 
     def read(file: Any) -> tuple[int, NDArray[Any], dict[str, NDArray[Any]]] | None:

@@ -20,7 +20,7 @@ from ..conventions import ground_range
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..io.opening import LONG, read_json
-from ..io.reading import ResultsFile, is_there
+from ..io.reading import ResultsFile, results_exist
 from ..io.scenefile import read_toml
 from ..report import maps, reduce, style
 from ..scene import Scene, scene_of
@@ -65,12 +65,12 @@ class Results:
 
     @property
     def has_truth(self) -> bool:
-        return is_there(self.truth)
+        return results_exist(self.truth)
 
     @property
     def has_maps(self) -> bool:
         """Whether anything was retrieved: a simulation alone has the true sea and the echoes."""
-        return is_there(self.maps)
+        return results_exist(self.maps)
 
     @property
     def _main(self) -> Path:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import SchemaError
 from ..gauges import judge_one
-from ..io.reading import is_there, read_whole_turns
+from ..io.reading import read_whole_turns, results_exist
 from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report.advice_figure import advice_picture
 from ..report.forecast_figures import BoatForecast
@@ -204,7 +204,7 @@ _FIGURES = (  # of `judge_one`: words, unit, digits
 
 def has_gauges(results: Results) -> bool:
     """Whether a run writes, or wrote, what gauges read."""
-    return is_there(results.folder / "gauges.nc")
+    return results_exist(results.folder / "gauges.nc")
 
 
 def read_gauges(results: Results) -> xr.Dataset:

@@ -66,7 +66,7 @@ def predict(
 
     check_file(maps, "a maps.nc", named=f"MAPS = '{maps}'")
     from ..io.appendable import AppendableNetCDF  # these take a second: what was typed is checked before
-    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
+    from ..io.results_folder import clear_folder, note_growing, refuse_unfinished, results_folder
     from ..prediction import forecasts
 
     refuse_unfinished(maps.parent, "MAPS")
@@ -79,7 +79,7 @@ def predict(
             raise InputError(f"MAPS = '{maps}': no turn shows a sea; nothing can be forecast from it")
         clear_folder(folder, (_PRODUCT,))
         issued, last = 0, first
-        with growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
+        with note_growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
             for last in chain([first], made):
                 file.append(last)
                 issued += 1

@@ -24,7 +24,7 @@ from ..dataset import SCHEMA, build, check
 from ..errors import InputError, SchemaError, must_be
 from .opening import check_file
 from .results_folder import whole_file
-from .text import plain
+from .text import to_builtin
 
 _EPOCH = "2000-01-01T00:00:00"  # of a simulation's time 0
 _SHIP = ("heading", "latitude", "longitude")
@@ -50,7 +50,7 @@ def write_radial_volume(
     sweeps = {f"sweep_{n}": _sweep(data, images, int(turn), n, start) for n, turn in enumerate(turns)}
     times = [each["time"].values for each in sweeps.values()]
     latitude, longitude = (float(data[name].values[0]) for name in _SHIP[1:]) if images else at
-    kept = {"kind": "polar_images" if images else "maps/polar", "attrs": plain(data.attrs)}
+    kept = {"kind": "polar_images" if images else "maps/polar", "attrs": to_builtin(data.attrs)}
     root = xr.Dataset(
         {
             "volume_number": 0,

@@ -113,7 +113,7 @@ def half_width(gap: NDArray[np.bool_]) -> float:
     return float(np.asarray(scipy.ndimage.distance_transform_edt(gap)).max()) + 0.5
 
 
-def filled(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np.float64]:
+def fill_gaps(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np.float64]:
     """The heights (row, column), those of the gaps put in. The gaps must leave three points that are known."""
     number = np.full(gap.shape, -1)
     number[gap] = np.arange(np.count_nonzero(gap))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, radar_wavelength, written
 from ..errors import InputError
-from ..io.process import uninterrupted
+from ..io.process import hold_interruptions
 from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..io.text import csv_text, number_list
 from ..radar import link
@@ -309,7 +309,7 @@ def write_link(
 
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
         clear_folder(folder, PRODUCTS)
-        with uninterrupted():
+        with hold_interruptions():
             write_whole(folder / "link.csv", link_table(radar, table))
             write_whole(folder / "link.png", picture)
     return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

@@ -25,8 +25,8 @@ from ..dataset import build
 from ..errors import InputError, MachineLimitError, report_partial_results
 from ..io.appendable import AppendableNetCDF
 from ..io.opening import read_npz
-from ..io.process import Progress, duration, silent, uninterrupted
-from ..io.results_folder import clear_folder, growing, held_folder, results_folder
+from ..io.process import Progress, duration, hold_interruptions, ignore_progress
+from ..io.results_folder import clear_folder, lock_folder, note_growing, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Evolution, Plan, State
@@ -211,14 +211,14 @@ def write_recorded_sea(
     kill or Ctrl-C has left the same command; the bits are those of a run that was never stopped.
     Raises InputError for bad input, too little memory or disk, and a sea that comes to no finite state.
     """
-    say, folder = progress or silent, Path(out)
+    say, folder = progress or ignore_progress, Path(out)
     say("preparing the sea")
     frames = _frames(scene, times, order, spacing)
     attributes = _attributes(scene, frames, times)
     if resume:
         if not state_file(folder).exists():
             raise InputError(f"--out = '{folder}': holds no recorded sea that was stopped; leave --resume out")
-        with held_folder(folder, "--out"):
+        with lock_folder(folder, "--out"):
             return _written(folder, frames, attributes, load_state(folder, attributes), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
@@ -308,7 +308,7 @@ def _written(
     path = folder / RECORD
     try:
         with (
-            growing(folder, PRODUCTS, "times"),
+            note_growing(folder, PRODUCTS, "times"),
             AppendableNetCDF(path, ("time",), compressed=True, rounding=ROUNDING, whole=at.frames) as file,
         ):
             whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
@@ -337,13 +337,13 @@ def _recorded(
     evolution = frames.evolution
     steps = round(frames.interval / evolution.step)
     if not at.frames:
-        with uninterrupted():
+        with hold_interruptions():
             save_state(folder, attributes, at)  # from here on an interruption leaves what --resume goes on from
         stored = clock.perf_counter()
         for _ in range(round((float(frames.seconds[0]) - at.state.time) / evolution.step)):  # the slow beginning
             at = replace(at, state=evolution.advanced(at.state))
             if clock.perf_counter() - stored > _KEEP_EVERY:
-                with uninterrupted():
+                with hold_interruptions():
                     save_state(folder, attributes, at)
                 stored = clock.perf_counter()
             pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
@@ -351,7 +351,7 @@ def _recorded(
         state = evolution.advanced(at.state, steps) if at.frames else at.state
         frame = frames.frame(state, at.frames)
         at = at.with_frame(state, frame["elevation"].values, evolution)
-        with uninterrupted():
+        with hold_interruptions():
             file.append(frame.assign_attrs(attributes))
             save_state(folder, attributes, at)
         pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")

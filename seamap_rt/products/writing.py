@@ -12,8 +12,8 @@ from matplotlib.image import imsave
 from ..dataset import build
 from ..errors import InputError, NoBackendError, report_partial_results
 from ..io.appendable import AppendableNetCDF
-from ..io.process import Progress, silent
-from ..io.results_folder import clear_folder, growing, results_folder, write_whole
+from ..io.process import Progress, ignore_progress
+from ..io.results_folder import clear_folder, note_growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
 from ..scattering import ShortWaves
@@ -123,7 +123,7 @@ def write_sea(
     Times stream into the file, so memory holds one. Interrupted, complete times stay readable.
     Raises InputError for bad input, NoBackendError if the scene asks for rays and none can be traced.
     """
-    say, folder = progress or silent, Path(out)
+    say, folder = progress or ignore_progress, Path(out)
     seconds = times_of(times)
     points = square(scene, side, spacing)
     with results_folder(folder, overwrite, PRODUCTS):
@@ -141,7 +141,7 @@ def write_sea(
         spectrum = directional_spectrum(scene, sea)
         clear_folder(folder, PRODUCTS)
         with (
-            growing(folder, ("sea.nc",), "times"),
+            note_growing(folder, ("sea.nc",), "times"),
             sea_file(folder / "sea.nc", spectrum) as file,
             report_partial_results(
                 lambda: f"{file.complete} of {seconds.size} times are complete, {_LEFT if file.complete else _NOTHING}"

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..conventions import db, written
 from ..echoes.radar_cross_section import SeaSurface
-from ..io.text import plain
+from ..io.text import to_builtin
 from ..radar.array import antenna_array
 from ..scattering import ShortWaves
 from ..scene import Scene
@@ -255,7 +255,7 @@ def run_facts(scene: Scene, sea: Sea, surface: SeaSurface, timing: Mapping[str, 
         "modelled": rows if timing is None else costed(rows, timing),
         "left_out": not_modelled(scene, sea.resolved),
         "mesh": scene.detail.facts(),
-        "sea": {name: plain(value) for name, value in asdict(sea.resolved).items()},
+        "sea": {name: to_builtin(value) for name, value in asdict(sea.resolved).items()},
         "short_waves": _short_waves(scene, sea),
         "calibration": _calibration(scene, surface),
     }

@@ -237,8 +237,8 @@ def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     frame, late = start_of(file, sea.start_s)
     begin, end = file.begin_s, file.begin_s + (file.frames - 1) * file.step_s
     problems = [
-        f"sea.file = '{sea.file}' runs from {file.said(begin)} to {file.said(end)}; time 0 of the run is its "
-        f"{file.said(begin + frame * file.step_s + late)} (sea.start_s)"
+        f"sea.file = '{sea.file}' runs from {file.time_in_words(begin)} to {file.time_in_words(end)}; time 0 of the "
+        f"run is its {file.time_in_words(begin + frame * file.step_s + late)} (sea.start_s)"
     ]
     if file.cut:
         problems.append(

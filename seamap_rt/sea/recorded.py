@@ -205,7 +205,7 @@ def start_of(file: RecordedSea, start_s: float | None) -> tuple[int, float]:
     low = file.begin_s + (-TAPS[0] + _BESIDE) * file.step_s + _BEFORE_S
     high = file.begin_s + (file.frames - 1 - TAPS[-1] - _BESIDE) * file.step_s
     if not low - _ROUNDED * file.step_s <= start_s <= high + _ROUNDED * file.step_s:
-        dates = "" if file.began is None else f", counted from {file.said(0.0)}"
+        dates = "" if file.began is None else f", counted from {file.time_in_words(0.0)}"
         raise InputError(
             f"sea.start_s = {start_s:.10g}: must lie within {low:.10g} and {high:.10g} s of sea.file"
             f"{dates} (what is interpolated, and heard before time 0, takes frames beside it); choose one between"

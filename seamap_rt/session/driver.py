@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.process import Progress, ProgressEstimate, silent, uninterrupted
+from ..io.process import Progress, ProgressEstimate, hold_interruptions, ignore_progress
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 
@@ -106,7 +106,7 @@ def iterate(
     requested and cannot be traced.
     """
     simulator = simulator or Simulator(as_scene(scene))
-    pace = ProgressEstimate("turn", simulator.scene.turns, progress or silent)
+    pace = ProgressEstimate("turn", simulator.scene.turns, progress or ignore_progress)
     numbers = range(simulator.scene.turns)
     if ahead and retrieved and len(numbers) > 1:
         yield from _ahead(simulator, pace)
@@ -177,7 +177,7 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
             entered.enter_context(sink)
         for turn in turns:
             clock = Stopwatch()
-            with uninterrupted():
+            with hold_interruptions():
                 for sink in sinks:
                     with clock(sink.stage):
                         sink.turn(turn)

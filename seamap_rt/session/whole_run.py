@@ -19,8 +19,8 @@ from ..forecast_errors import VerifiedForecasts, judge_forecasts, true_elevation
 from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.growing_store import GrowingStore
-from ..io.process import Progress, silent
-from ..io.results_folder import FULL, KINDS, RUN, clear_folder, growing, results_folder, write_whole
+from ..io.process import Progress, ignore_progress
+from ..io.results_folder import FULL, KINDS, RUN, clear_folder, note_growing, results_folder, write_whole
 from ..io.text import to_json
 from ..measured import CoverageProfile
 from ..metrics import error_figures
@@ -147,7 +147,7 @@ def run(
     the next one's simulation. It needs `predict`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
-    scene, say = as_scene(scene), progress or silent
+    scene, say = as_scene(scene), progress or ignore_progress
     start = time.perf_counter()
     if out is not None:
         must_be("out", out, (str, os.PathLike), "the path of a folder")
@@ -160,7 +160,7 @@ def run(
         also = (*(["gauges.nc"] if scene.gauges else []), *(["prediction.nc"] if predict else []))
         files = ("truth.nc", "maps.nc", *also)
         store = run_store(folder, files)
-        with _report_remaining(store, scene.turns), growing(folder, (RUN, *files)):
+        with _report_remaining(store, scene.turns), note_growing(folder, (RUN, *files)):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _sinks(folder, simulator, store, ahead, stream)
             made = TurnMemory(iterate(scene, simulator=simulator, ahead=stream is None, progress=progress))

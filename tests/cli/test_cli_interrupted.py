@@ -21,7 +21,7 @@ from numpy.testing import assert_array_equal
 
 from seamap_rt.cli.stops import Stops
 from seamap_rt.interferometry import open_echoes, retrieve
-from seamap_rt.io.results_folder import growing, held_folder
+from seamap_rt.io.results_folder import lock_folder, note_growing
 from seamap_rt.simulation import Simulator
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
@@ -278,7 +278,7 @@ def test_a_folder_into_which_another_process_writes_is_refused(call: Any, comman
     Path("some.zarr").mkdir()
     Path("busy").mkdir()
     options = () if command[0] == "retrieve" else settings()
-    with held_folder(Path("busy"), "--out"):
+    with lock_folder(Path("busy"), "--out"):
         answer = call(*command, *options, "--out", "busy", "--overwrite")
         assert_refused(
             answer, "--out = '", f"process {os.getpid()} on ", "writes there; choose another folder, or wait"
@@ -293,7 +293,7 @@ def test_recover_says_what_it_found(call: Any) -> None:
     answer = call("recover", "empty")
     assert (answer.code, answer.err) == (0, "")
     assert "nothing to recover" in answer.out
-    with growing(Path("empty"), ("truth.nc", "maps.nc", "run.zarr")):
+    with note_growing(Path("empty"), ("truth.nc", "maps.nc", "run.zarr")):
         shutil.copytree("empty", "killed")
     Path("killed/scene.toml").touch()
     Path("killed/run.zarr").mkdir()
