@@ -118,12 +118,12 @@ def ink(dark: bool) -> str:
     return "#e8eaed" if dark else "#1b1f23"
 
 
-def faint(dark: bool) -> str:
+def grid_colour(dark: bool) -> str:
     """Of grids."""
     return "#3a424b" if dark else "#dfe3e7"
 
 
-def plain(values: ArrayLike, digits: int = 5) -> list[Any]:
+def json_numbers(values: ArrayLike, digits: int = 5) -> list[Any]:
     """Numbers as JSON has them: what is not finite is null."""
     return [float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in np.asarray(values, np.float64)]
 
@@ -136,7 +136,7 @@ def text(words: str) -> str:
 def line(x: ArrayLike, y: ArrayLike, name: str, colour: str) -> Figure:
     """A curve."""
     return {
-        "type": "scatter", "mode": "lines", "x": plain(x), "y": plain(y), "name": text(name),
+        "type": "scatter", "mode": "lines", "x": json_numbers(x), "y": json_numbers(y), "name": text(name),
         "line": {"color": colour, "width": 2},
     }  # fmt: skip
 
@@ -147,8 +147,8 @@ def band(x: ArrayLike, low: ArrayLike, high: ArrayLike, name: str, colour: str) 
     outline_x: list[Any] = []
     outline_y: list[Any] = []
     for a, b in pieces(np.isfinite(below) & np.isfinite(above)):
-        outline_x += [*plain(along[a:b]), *plain(along[a:b][::-1]), None]
-        outline_y += [*plain(below[a:b]), *plain(above[a:b][::-1]), None]
+        outline_x += [*json_numbers(along[a:b]), *json_numbers(along[a:b][::-1]), None]
+        outline_y += [*json_numbers(below[a:b]), *json_numbers(above[a:b][::-1]), None]
     return {
         "type": "scatter", "mode": "lines", "x": outline_x, "y": outline_y, "fill": "toself", "hoverinfo": "skip",
         "fillcolor": colors.to_hex((*colors.to_rgb(colour), 0.2), keep_alpha=True), "line": {"width": 0},
@@ -166,8 +166,8 @@ def axis(title: str, dark: bool, **more: Any) -> Figure:
     """One axis."""
     return {
         "title": {"text": text(title), "standoff": 6},
-        "gridcolor": faint(dark),
-        "zerolinecolor": faint(dark),
+        "gridcolor": grid_colour(dark),
+        "zerolinecolor": grid_colour(dark),
         "linecolor": ink(dark),
         "ticks": "outside",
         "ticklen": 3,

@@ -96,16 +96,16 @@ def view_forecast(
     if ahead is None:
         return None
     if came is None:
-        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark))
+        return ForecastView(_forecast_in_words(ahead), draw_images([ahead_picture(ahead)], dark))
     at, verified = came.issue_before(ahead.issue), came.verified
-    beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
+    beside = () if at is None else (verified.truth[at, :, 0], came.quiet_windows(at))
     past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
-    words = _in_words(came, lead)
+    words = _errors_in_words(came, lead)
     if came.windows is not None:
         past.append(window_picture(came.windows, came.scores["confidence"]))
         words += f" {_windows_in_words(came.scores)}"
     return ForecastView(
-        _words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
+        _forecast_in_words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
     )
 
 
@@ -118,7 +118,7 @@ class ForecastPanel:
         self._ahead = Images()
         with ui.column().classes("w-full min-w-0 gap-2") as self._past:
             ui.label("How past forecasts came out").classes("text-base font-bold")
-            self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
+            self._status = ui.label().classes("text-sm").props("role=status").mark("verified-words")
             with ui.column().classes("w-full min-w-0 gap-2") as self._body:
                 self._lead = choice("Forecast so long before", "verified-lead", view.redraw)
                 self._images = Images()
@@ -132,7 +132,7 @@ class ForecastPanel:
         if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long
-        came = await self._ask(source)
+        came = await self._fetch_verification(source)
         if came is not None:
             await self._show(folder, number, quiet, came)
 
@@ -161,26 +161,26 @@ class ForecastPanel:
         self._ahead.show(shown.ahead)
         self._body.set_visibility(came is not None)
         if came is not None:
-            self._said.set_text(shown.past_words)
+            self._status.set_text(shown.past_words)
             self._images.show(shown.past)
         return True
 
-    async def _ask(self, source: Source) -> Verification | None:
+    async def _fetch_verification(self, source: Source) -> Verification | None:
         """What came of a run, drawn again in a process of its own, once; None where nobody knows."""
         if source.results.growing:
-            self._said.set_text("Past forecasts are held against the sea that came when the run has ended.")
+            self._status.set_text("Past forecasts are held against the sea that came when the run has ended.")
         elif source.scene is None:
-            self._said.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
+            self._status.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
         else:
-            self._said.set_text("Drawing the sea that came …")
+            self._status.set_text("Drawing the sea that came …")
             try:
                 return await self.view.page.server.verifications.ask(source.results.folder)
             except (InputError, OSError) as refusal:
-                self._said.set_text(f"What came is not known: {refusal}")
+                self._status.set_text(f"What came is not known: {refusal}")
         return None
 
 
-def _words(ahead: BoatForecast) -> str:
+def _forecast_in_words(ahead: BoatForecast) -> str:
     at = ahead.highest
     wide = 1.96 * ahead.std_m[at]
     crest = (
@@ -198,7 +198,7 @@ def _words(ahead: BoatForecast) -> str:
     return f"{window}. {crest}"
 
 
-def _in_words(came: Verification, lead: int) -> str:
+def _errors_in_words(came: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
     forecasts, errors = came.verified.forecasts, errors_by_lead(came.verified)
     judged = warm(forecasts)
@@ -238,7 +238,7 @@ class IssuesPanel:
     async def show_folder(self, folder: Path) -> None:
         """Of a folder. OSError, KeyError where it holds no forecasts."""
         self._folder = folder
-        self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _issues)
+        self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _read_issues)
         count_on(self._slider, len(self._issues))
         self._slider.value = len(self._issues)
         await self._show()
@@ -252,5 +252,5 @@ class IssuesPanel:
             await self._panel.show_issue(self._folder, self._issues[at])
 
 
-def _issues(file: Any) -> list[int]:
+def _read_issues(file: Any) -> list[int]:
     return [int(each) for each in np.asarray(file["issue"][:])]

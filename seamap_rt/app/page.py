@@ -65,11 +65,11 @@ class ServerState:
     def is_awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
         job, path = self.queue.job_of_folder(folder), self.roots.runs / folder
-        return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
+        return (job is not None and not job.is_over) or (path.is_dir() and kind_of(path) is not None)
 
     def free_folder(self, wanted: str) -> str:
         """A name for results that no folder and no job has: the wanted one, or with a number."""
-        taken = {job.folder for job in self.queue.jobs() if not job.over}
+        taken = {job.folder for job in self.queue.jobs() if not job.is_over}
         names = (wanted if number == 1 else f"{wanted}-{number}" for number in count(1))
         return next(name for name in names if name not in taken and not (self.roots.runs / name).exists())
 

@@ -139,7 +139,7 @@ def _sea_figures(scene: Scene, waves: ResolvedWaves | None) -> Figures:
 
 def _radar_figures(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
     radar, far = scene.radar, scene.radar.range_m[1]
-    yield "snr_reach", "One pulse's echo over noise to", _furthest(slant, snr), "m", 0, 1
+    yield "snr_reach", "One pulse's echo over noise to", _furthest_range(slant, snr), "m", 0, 1
     for at in (100.0, 200.0):
         if radar.height_m < at <= far:
             across, error = float(link.footprint_m(radar, at)), float(np.interp(at, slant, noise))
@@ -157,7 +157,7 @@ def run_seconds(scene: Scene) -> float:
     return _SECONDS_A_RUN + scene.turns * (0.05 + _SECONDS_A_FACET * scene.detail.facets)
 
 
-def _furthest(slant: Array, snr: Array) -> float:
+def _furthest_range(slant: Array, snr: Array) -> float:
     """The last range of the window at which one pulse's echo stands over the noise; 0 where it nowhere does."""
     reach = link.furthest(slant, snr)
     return 0.0 if np.isnan(reach) else float(min(reach, slant[-1]))

@@ -74,7 +74,7 @@ def kind_of_field(key: str) -> str | None:
     return next((name for name, kind in KINDS.items() if re.fullmatch(kind.keys, key)), None)
 
 
-def check_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
+def check_in_process(kind: str, path: Path, names: Mapping[str, str]) -> None:
     """As `check`, in a process of its own; InputError also where that ends badly or takes too long."""
     arguments = [kind, str(path), *(f"{array}={name}" for array, name in names.items())]
     try:
@@ -101,7 +101,7 @@ def save_upload(
     name: str,
     content: bytes,
     names: Mapping[str, str] | None = None,
-    check: Check = check_apart,
+    check: Check = check_in_process,
 ) -> Path:
     """Keep what a browser gave under a name, if it is what it is to be: its path.
 
@@ -121,7 +121,7 @@ def save_upload(
             "there"
         )
     roots.uploads.mkdir(exist_ok=True)
-    path, fresh = _place(roots.uploads, safe, content)
+    path, fresh = _store_content(roots.uploads, safe, content)
     try:
         if any(wanted.reader):
             check(kind, path, dict(names or {}))
@@ -132,7 +132,7 @@ def save_upload(
     return path
 
 
-def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
+def _store_content(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
     """Where a content lies now, and whether it was put there just now."""
     stem, ending = Path(name).stem, Path(name).suffix
     for number in range(1, _MOST_NAMES):
@@ -164,7 +164,7 @@ def upload_button(
     refused; taken: where it lies. names: of a recording's arrays that it calls otherwise."""
     wanted = KINDS[kind]
 
-    async def uploaded(event: events.UploadEventArguments) -> None:
+    async def take_upload(event: events.UploadEventArguments) -> None:
         name = event.file.name
         upload.reset()
         said(f"{name}: is checked …")
@@ -180,7 +180,7 @@ def upload_button(
     upload = ui.upload(
         auto_upload=True,
         max_file_size=wanted.most,
-        on_upload=uploaded,
+        on_upload=take_upload,
         on_rejected=lambda: said(
             f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
         ),

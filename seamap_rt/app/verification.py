@@ -40,7 +40,7 @@ class Verification:
         held = np.flatnonzero(self.verified.forecasts["issue"].values <= turn)
         return int(held[-1]) if held.size else None
 
-    def quiet(self, at: int) -> NDArray[np.float64] | None:
+    def quiet_windows(self, at: int) -> NDArray[np.float64] | None:
         """(lead,) of an issue by its place: 1 where a window was quiet, 0 where not, NaN where none is judged."""
         forecasts = self.verified.forecasts
         judged = np.flatnonzero(warm(forecasts))

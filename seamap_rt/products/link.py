@@ -41,9 +41,9 @@ def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
     lines = [f"Link budget of {scene.name}: a level boat over mean sea level", ""]
     lines += [f"{name:{wide}}  {value}" for name, value in facts]
     seen = _sea_columns(scene.radar, table)
-    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(seen)]
+    lines += ["", f"The sea; {nrcs_words(table)}", *_align_columns(seen)]
     for each in table.budgets:
-        lines += ["", _TITLES[each.name], *_aligned([seen[0], *_budget_columns(table, each)])]
+        lines += ["", _TITLES[each.name], *_align_columns([seen[0], *_budget_columns(table, each)])]
     notes = _notes(scene.radar, table.range)
     return [*lines, "", *notes] if notes else lines
 
@@ -154,7 +154,7 @@ def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
     return columns
 
 
-def _aligned(columns: Sequence[Column]) -> list[str]:
+def _align_columns(columns: Sequence[Column]) -> list[str]:
     """Headings of two lines at most, numbers flush right."""
     heads = [_split_unit(heading) for heading, *_ in columns]
     cells = [

@@ -23,7 +23,7 @@ from ..settings import RandomWaves
 from ..simulation import Simulator
 from ..tracing import tracer
 from .camera import Camera
-from .sampling import refuse_if_too_large, square, step, times_of
+from .sampling import point_spacing, refuse_too_large, square_points, times_of
 from .statistics import Moments, requested_height, statistics_table
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems
@@ -125,9 +125,9 @@ def write_sea(
     """
     say, folder = progress or ignore_progress, Path(out)
     seconds = times_of(times)
-    points = square(scene, side, spacing)
+    points = square_points(scene, side, spacing)
     with results_folder(folder, overwrite, PRODUCTS):
-        refuse_if_too_large(folder, seconds.size, points.size)
+        refuse_too_large(folder, seconds.size, points.size)
         say("preparing the sea")
         simulator, drawn = Simulator(scene), Moments()
         sea = simulator.sea
@@ -153,12 +153,12 @@ def write_sea(
                 file.append(moment)
                 drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
         say("drawing")
-        write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))
+        write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * point_spacing(points)))
         notes = _draw(scene, sea, spectrum, folder)
         say("rendering the sea as the mast sees it")
         notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
         files = tuple(name for name in PRODUCTS if (folder / name).exists())
-        spacing, finest = step(points), sea.resolved.resolution_m
+        spacing, finest = point_spacing(points), sea.resolved.resolution_m
         if spacing > 1.01 * finest and sea.trains:
             coarse = (
                 f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are "

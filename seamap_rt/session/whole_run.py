@@ -70,25 +70,25 @@ class ForecastSink(Sink):
         self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
 
-    def verified(self) -> VerifiedForecasts | None:
+    def verified_forecasts(self) -> VerifiedForecasts | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
-        judged = self._judged()
+        judged = self._judged_forecasts()
         if self._last is None or not judged:
             return None
         truth = np.concatenate([true_elevation(self._simulator.sea.judge, made) for made in judged])
-        return VerifiedForecasts(_together(judged), truth, self._field(*self._last))
+        return VerifiedForecasts(_join_issues(judged), truth, self._field_map(*self._last))
 
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
-        judged = self._judged()
-        return observed_windows(self._simulator.sea.judge, _together(judged)) if judged else None
+        judged = self._judged_forecasts()
+        return observed_windows(self._simulator.sea.judge, _join_issues(judged)) if judged else None
 
-    def _judged(self) -> list[xr.Dataset]:
+    def _judged_forecasts(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""
         ends = self._simulator.sea.ends_s
         return [made for made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
 
-    def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
+    def _field_map(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)
         east, north = (each.ravel() for each in np.meshgrid(x, y))
         moment = np.full(east.size, field.issued)
@@ -104,7 +104,7 @@ class ForecastSink(Sink):
         return xr.Dataset({name: (("y", "x"), each) for name, each in values.items()}, {"x": x, "y": y})
 
 
-def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
+def _join_issues(forecasts: list[xr.Dataset]) -> xr.Dataset:
     return xr.concat(forecasts, "issue", data_vars="minimal", coords="minimal")
 
 
@@ -169,7 +169,7 @@ def run(
         gauges = xr.load_dataset(folder / "gauges.nc") if scene.gauges else None  # some hundred bytes a turn
         with made.maps_and_truth(folder) as (maps, truth):
             metrics = _metrics(simulator, maps, truth, gauges, figures)
-            verified = ahead.verified() if ahead else None
+            verified = ahead.verified_forecasts() if ahead else None
             windows = ahead.windows() if ahead else None
             metrics["prediction"] = judge_forecasts(verified) if verified else []
             metrics["vessel_notes"] = list(ahead.vessel_notes) if ahead else []
@@ -273,7 +273,7 @@ def _metrics(
         "seed": scene.seed,
         **error_figures(maps, truth),
         "measured": CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
-        **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
+        **_sea_state(maps if simulator.sea.patch is None else _mask_unknown(maps, truth)),
         "visible": None if visible is None else own | visible.facts,
         "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],
@@ -302,7 +302,7 @@ def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
     }
 
 
-def _where_true(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
+def _mask_unknown(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
     """The polar map with heights where there is a truth: not beyond a record that was continued."""
     polar, known = maps["polar"].to_dataset(), np.isfinite(truth["polar"].to_dataset()["height"].values)
     return xr.DataTree.from_dict({"/polar": polar.assign(height=polar["height"].where(known))})
