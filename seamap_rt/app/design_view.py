@@ -121,10 +121,10 @@ class DesignView:
             await self._answer.client.run_javascript("0", timeout=20.0)
             self._models = True
         models = await asyncio.to_thread(import_module, "seamap_rt.app.prospects")
-        name, kept = self.tab.pinned or ("", None)
+        name, pinned = self.tab.pinned or ("", None)
         try:
             found = await asyncio.to_thread(models.prospects, scene)
-            beside = await asyncio.to_thread(models.prospects, kept) if kept is not None else None
+            beside = await asyncio.to_thread(models.prospects, pinned) if pinned is not None else None
         except (ValueError, ArithmeticError, OSError) as error:
             self.prospects.refuse(f"No forecast of this design: {error}")
             return
@@ -201,10 +201,10 @@ COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better
 
 
 class ProspectsView:
-    """Tiles and graphs of the design at hand; made once, and filled anew with each change. said: for the answer."""
+    """Tiles and graphs of the design at hand; made once, and filled anew with each change. status: for the answer."""
 
-    def __init__(self, page: Page, said: ui.label, tiles: ui.column, graphs: ui.column) -> None:
-        self.page, self._status, self._places = page, said, (tiles, graphs)
+    def __init__(self, page: Page, status: ui.label, tiles: ui.column, graphs: ui.column) -> None:
+        self.page, self._status, self._places = page, status, (tiles, graphs)
         self._shown: dict[str, _Tile] = {}
         with tiles:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")

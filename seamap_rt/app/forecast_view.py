@@ -86,7 +86,7 @@ class ForecastView(NamedTuple):
 
 
 def view_forecast(
-    folder: Path, number: int, quiet: QuietSettings, came: Verification | None, lead: int, dark: bool
+    folder: Path, number: int, quiet: QuietSettings, verification: Verification | None, lead: int, dark: bool
 ) -> ForecastView | None:
     """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
 
@@ -95,15 +95,15 @@ def view_forecast(
     ahead = read_ahead(folder, number, quiet)
     if ahead is None:
         return None
-    if came is None:
+    if verification is None:
         return ForecastView(_forecast_in_words(ahead), draw_images([ahead_picture(ahead)], dark))
-    at, verified = came.issue_before(ahead.issue), came.verified
-    beside = () if at is None else (verified.truth[at, :, 0], came.quiet_windows(at))
+    at, verified = verification.issue_before(ahead.issue), verification.verified
+    beside = () if at is None else (verified.truth[at, :, 0], verification.quiet_windows(at))
     past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
-    words = _errors_in_words(came, lead)
-    if came.windows is not None:
-        past.append(window_picture(came.windows, came.scores["confidence"]))
-        words += f" {_windows_in_words(came.scores)}"
+    words = _errors_in_words(verification, lead)
+    if verification.windows is not None:
+        past.append(window_picture(verification.windows, verification.scores["confidence"]))
+        words += f" {_windows_in_words(verification.scores)}"
     return ForecastView(
         _forecast_in_words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
     )
@@ -128,28 +128,28 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = self.view.page.server.verifications.find_finished(folder)
-        if not await self._show(folder, number, quiet, came) or came is not None:
+        verification = self.view.page.server.verifications.find_finished(folder)
+        if not await self._show(folder, number, quiet, verification) or verification is not None:
             return
         self.view.easel.ready()  # what came may take long
-        came = await self._fetch_verification(source)
-        if came is not None:
-            await self._show(folder, number, quiet, came)
+        verification = await self._fetch_verification(source)
+        if verification is not None:
+            await self._show(folder, number, quiet, verification)
 
     async def show_issue(self, folder: Path, number: int) -> None:
         """Of a folder that has no maps, and so nothing that came."""
         await self._show(folder, number, QuietSettings(), None)
         self._past.set_visibility(False)
 
-    async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Verification | None) -> bool:
+    async def _show(self, folder: Path, number: int, quiet: QuietSettings, verification: Verification | None) -> bool:
         """Whether there is a forecast."""
-        if came is not None and self._lead.value is None:
-            leads = came.verified.forecasts["lead"].values
+        if verification is not None and self._lead.value is None:
+            leads = verification.verified.forecasts["lead"].values
             whole = [i for i, lead in enumerate(leads) if float(lead).is_integer()] or range(leads.size)
             first = min(whole, key=lambda i: abs(leads[i] - _LEAD_S))
             self._lead.set_options({i: f"{leads[i]:g} s before" for i in whole}, value=first)
         lead = int(self._lead.value or 0)
-        shown = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
+        shown = await drawing.slow(view_forecast, folder, number, quiet, verification, lead, self.view.page.dark)
         self._past.set_visibility(shown is not None)
         if shown is None:
             self._words.set_text(
@@ -159,8 +159,8 @@ class ForecastPanel:
             return False
         self._words.set_text(shown.words)
         self._ahead.show(shown.ahead)
-        self._body.set_visibility(came is not None)
-        if came is not None:
+        self._body.set_visibility(verification is not None)
+        if verification is not None:
             self._status.set_text(shown.past_words)
             self._images.show(shown.past)
         return True
@@ -198,12 +198,12 @@ def _forecast_in_words(ahead: BoatForecast) -> str:
     return f"{window}. {crest}"
 
 
-def _errors_in_words(came: Verification, lead: int) -> str:
+def _errors_in_words(verification: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
-    forecasts, errors = came.verified.forecasts, errors_by_lead(came.verified)
+    forecasts, errors = verification.verified.forecasts, errors_by_lead(verification.verified)
     judged = warm(forecasts)
     mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
-    error = mean - came.verified.truth[judged, lead, 0]
+    error = mean - verification.verified.truth[judged, lead, 0]
     words = (
         f"Of {int(judged.sum())} forecasts, {float(forecasts['lead'][lead]):g} s ahead: error "
         f"{written(float(np.sqrt(np.mean(error**2))), 2)} m rms ({errors['found'][lead]:.2f} of the sea's standard "

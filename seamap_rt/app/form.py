@@ -100,14 +100,14 @@ class Form:
         """An entry of a list, when it is asked for twice."""
 
         def confirm() -> None:
-            asked.close()
+            dialog.close()
             self._restructure(self.draft.remove, part.path)
 
-        with ui.dialog(value=True) as asked, ui.card():
+        with ui.dialog(value=True) as dialog, ui.card():
             ui.label(f"Delete {part.label} from the design? Undo brings it back.")
             with ui.row():
                 ui.button("Delete it", icon="delete", on_click=confirm).props("no-caps")
-                ui.button("Keep it", on_click=asked.close).props("flat no-caps")
+                ui.button("Keep it", on_click=dialog.close).props("flat no-caps")
 
     def _make_add_buttons(self) -> None:
         with ui.row().classes("gap-2 pt-2"):

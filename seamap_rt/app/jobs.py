@@ -304,8 +304,8 @@ def _last_line(path: Path) -> str:
             lines = file.read(_LAST).decode("utf-8", "replace").split("\n")
     except (OSError, InputError):
         return ""
-    said = [line.strip() for line in lines if line.strip()]
-    return one_line(said[-1]).removeprefix("seamap-rt: ") if said else ""
+    words = [line.strip() for line in lines if line.strip()]
+    return one_line(words[-1]).removeprefix("seamap-rt: ") if words else ""
 
 
 @dataclass(frozen=True)
@@ -337,7 +337,7 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
         return Progress(job.reason or "done", 1.0, of if job.state == "done" else whole, of, 0.0)
     if not lines:
         return Progress("starting", 0.0, 0, 0, guess)
-    said, line = lines[-1]
+    began, line = lines[-1]
     if points := _POINTS.match(line):
         done, of = int(points[1]), int(points[2])
         left = (now - job.started) / done * (of - done) if done else None
@@ -349,7 +349,7 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
     if not starts:
         return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing
-        return Progress(line, 0.97, of, of, None if pace is None else max(0.0, _AFTER_S * pace - (now - said)))
+        return Progress(line, 0.97, of, of, None if pace is None else max(0.0, _AFTER_S * pace - (now - began)))
     if not whole:
         return Progress(line, share, 0, of, None if guess is None else max(0.0, guess - (now - job.started)) or None)
     warm = starts[1:] if whole > 1 else starts  # the first turn compiles and builds

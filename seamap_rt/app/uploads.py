@@ -87,9 +87,9 @@ def check_in_process(kind: str, path: Path, names: Mapping[str, str]) -> None:
         )
     except subprocess.TimeoutExpired:
         raise InputError(f"takes longer than {_LONGEST_S:.0f} s; make it smaller") from None
-    said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    if done.returncode == 2 and said:
-        raise InputError(one_line(said[-1]))
+    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    if done.returncode == 2 and lines:
+        raise InputError(one_line(lines[-1]))
     if done.returncode:
         why = f"by signal {-done.returncode}" if done.returncode < 0 else f"with exit code {done.returncode}"
         raise InputError(f"cannot be read: what reads it ended {why}; make it smaller, or save it anew")
@@ -156,32 +156,32 @@ def list_uploads(roots: Roots, kind: str) -> list[Path]:
 def upload_button(
     roots: Roots,
     kind: str,
-    said: Callable[[str], Any],
+    say: Callable[[str], Any],
     taken: Callable[[Path], None],
     names: Callable[[], dict[str, str]] = dict,
 ) -> Any:
-    """A button that asks for a file of a kind of `uploads.KINDS`. said: is given what goes on, or why the file is
+    """A button that asks for a file of a kind of `uploads.KINDS`. say: is given what goes on, or why the file is
     refused; taken: where it lies. names: of a recording's arrays that it calls otherwise."""
     wanted = KINDS[kind]
 
     async def take_upload(event: events.UploadEventArguments) -> None:
         name = event.file.name
         upload.reset()
-        said(f"{name}: is checked …")
+        say(f"{name}: is checked …")
         try:
             content = await event.file.read()
             path = await asyncio.to_thread(save_upload, roots, kind, name, content, names())
         except (InputError, OSError) as refusal:
-            said(str(refusal))
+            say(str(refusal))
             return
-        said("")
+        say("")
         taken(path)
 
     upload = ui.upload(
         auto_upload=True,
         max_file_size=wanted.most,
         on_upload=take_upload,
-        on_rejected=lambda: said(
+        on_rejected=lambda: say(
             f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
         ),
     )

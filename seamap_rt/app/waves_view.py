@@ -157,12 +157,12 @@ class StatePanel:
         self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _missing_state(source))
         self._words.classes(replace="font-bold" if known else "text-sm")
         try:
-            heights, said, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
+            heights, words, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
         except (SchemaError, KeyError, ValueError) as error:  # maps of another program
-            heights, said, spectra = [], f"No spectrum: {error}", []
+            heights, words, spectra = [], f"No spectrum: {error}", []
         self._images.show(heights)
-        self._status.set_text(said)
-        self._status.set_visibility(bool(said))
+        self._status.set_text(words)
+        self._status.set_visibility(bool(words))
         self._spectra.show(spectra)
 
 

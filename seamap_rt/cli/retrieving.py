@@ -268,8 +268,8 @@ def retrieve(
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
-        said = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
-        page = retrieved_page(maps, found.findings, said, found.echoes.attrs, echoes.name)
+        summary = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
+        page = retrieved_page(maps, found.findings, summary, found.echoes.attrs, echoes.name)
         write_whole(folder / RETRIEVED, page)
         heading = headings(found.echoes, maps["ground"].to_dataset()["turn"].values)
         written = [
@@ -279,7 +279,7 @@ def retrieve(
     for finding in found.findings:
         if finding.verdict in grave:
             console.print(f"{grave[finding.verdict]}: {finding.line}")
-    console.print(*said, found.maps, folder / RETRIEVED, *written, sep="\n")
+    console.print(*summary, found.maps, folder / RETRIEVED, *written, sep="\n")
     return 0
 
 

@@ -144,8 +144,8 @@ class Motion:
         averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)
         away = np.sqrt(2.0 * (self.aside + aside) + ground**2 * (self.heading + heading))
-        kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
-        displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
+        variance = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
+        displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ variance
         return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced
 
 

@@ -127,9 +127,9 @@ class SeaSurface:
         received = power * two_way_power(facets)
         target = np.broadcast_to(self.mean(facets), power.shape)
         # What lies nearer than the gates gives no echo, and would bias the fit.
-        heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
-        grazing, area = self.grazing(facets)[heard], facets.horizontal_area[heard]
-        received, target = (each[columns][:, heard] for each in (received, target))
+        in_window = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
+        grazing, area = self.grazing(facets)[in_window], facets.horizontal_area[in_window]
+        received, target = (each[columns][:, in_window] for each in (received, target))
         wind = self.wind(facets)[columns] if MEAN_MODELS[model].knows_wind_direction else None
         scale = fit_scale(received, area, target, grazing, wind, degree=_DEGREE)
         return replace(known, scale=scale)

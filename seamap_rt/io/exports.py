@@ -273,10 +273,10 @@ def _mean_of_turns(polar: xr.Dataset, name: str) -> NDArray[np.float64]:
 
 
 def _write_netcdf(path: Path, placed: xr.Dataset) -> None:
-    kept = {name: {"zlib": True, "complevel": 4, "_FillValue": np.nan} for name in (*FIELDS, "time")}
-    plain = {str(name): {"_FillValue": None} for name in (*placed.coords, *placed.data_vars) if name not in kept}
+    packed = {name: {"zlib": True, "complevel": 4, "_FillValue": np.nan} for name in (*FIELDS, "time")}
+    plain = {str(name): {"_FillValue": None} for name in (*placed.coords, *placed.data_vars) if name not in packed}
     with whole_file(path) as part:
-        placed.to_netcdf(part, engine="h5netcdf", encoding=kept | plain)
+        placed.to_netcdf(part, engine="h5netcdf", encoding=packed | plain)
 
 
 def _write_tiff(path: Path, placed: xr.Dataset) -> None:

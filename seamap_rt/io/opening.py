@@ -200,14 +200,14 @@ def read_npz(
     from numpy.lib.npyio import NpzFile
 
     with open_file(path, wanted, **rules) as opened, NpzFile(opened, allow_pickle=False) as file:
-        asked, need, archive = [name for name in names if name in file.files], 0, cast(Any, file.zip)
-        for name in asked:
+        found, need, archive = [name for name in names if name in file.files], 0, cast(Any, file.zip)
+        for name in found:
             with archive.open(name if name in archive.namelist() else f"{name}.npy") as array:
                 read = npy.read_array_header_1_0 if npy.read_magic(array) == (1, 0) else npy.read_array_header_2_0
                 shape, _, kind = read(array)
             need += math.prod(shape) * kind.itemsize
         check_declared_size(rules.get("named") or os.fspath(path), need, bytes_held(path))
-        return list(file.files), {name: file[name] for name in asked}
+        return list(file.files), {name: file[name] for name in found}
 
 
 def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:

@@ -119,7 +119,7 @@ def _is_relevant(record: logging.LogRecord) -> bool:
     where = traceback.walk_tb(raised.__traceback__ if raised else None)
     libraries = type(raised).__module__, text, *(frame.f_code.co_filename for frame, _ in where)
     left = "never retrieved" in text or "was destroyed but it is pending" in text
-    return not (left and any(name in said for said in libraries for name in ("zarr", "distributed")))
+    return not (left and any(name in each for each in libraries for name in ("zarr", "distributed")))
 
 
 # ----------------------------------------------------------------------------------------- how far a command is

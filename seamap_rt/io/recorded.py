@@ -164,10 +164,10 @@ def _load_matlab(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArr
     header = found.get("header")
     if header is None or isinstance(header, str):
         return arrays, _header_text(header, path)
-    said = header_object(header, str(path)).items()
+    entries = header_object(header, str(path)).items()
     return arrays, {
         key: _matlab_number(key, plain_attribute(value.ravel(order="F")) if isinstance(value, np.ndarray) else value)
-        for key, value in said
+        for key, value in entries
     }
 
 

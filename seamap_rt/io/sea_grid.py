@@ -131,9 +131,9 @@ def fill_gaps(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np
         row = count + np.arange(size)
         right.append(-sum(weight * known[each] for each, (*_, weight) in zip(at, stencil, strict=True)))
         for each, (*_, weight) in zip(at, stencil, strict=True):
-            asked = gap[each]
-            entries.append((row[asked], number[each][asked]))
-            energies.append(np.full(np.count_nonzero(asked), weight))
+            unknown = gap[each]
+            entries.append((row[unknown], number[each][unknown]))
+            energies.append(np.full(np.count_nonzero(unknown), weight))
         count += size
     places = np.concatenate([np.stack(each) for each in entries], axis=1)
     bending = scipy.sparse.csc_array(

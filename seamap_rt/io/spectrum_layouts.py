@@ -129,10 +129,10 @@ def _sense_of(words: str, name: str, called: str) -> Sense | None:
     return "to" if to and not name.endswith("from_direction") else "from"
 
 
-def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, said: Iterable[str]) -> xr.DataArray:
+def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, notes: Iterable[str]) -> xr.DataArray:
     """A density (…, freq, dir) in Hz, degrees where waves come from, and m²/(Hz·degree), by its attributes, those of
     its coordinates. What lies beyond its valid range is missing. sense, unit: of a file of this kind that says nothing;
-    said: what the file says beside it. Raises Refusal."""
+    notes: what the file says beside it. Raises Refusal."""
     density = density.copy(data=mask_out_of_range(density.to_numpy(), density.attrs, density.encoding))
     if not {"freq", "dir"} <= set(density.dims):
         return density  # whoever asks for directions says that there are none
@@ -141,7 +141,7 @@ def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, said
     direction = density["dir"]
     more = "; ".join(
         chunk[0]
-        for text in (*said, words_of(density.attrs))
+        for text in (*notes, words_of(density.attrs))
         for chunk in _OF_DIRECTIONS.finditer(text)
         if not re.search("wind|current", chunk[0])
     )

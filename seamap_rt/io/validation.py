@@ -178,9 +178,9 @@ def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
 
 
 def _problems(model: type[BaseModel], location: _Location, error: ErrorDetails) -> Iterator[str]:
-    said = error.get("ctx", {}).get("error")
-    if isinstance(said, InputError):  # it may tell of several
-        yield from (_problem(location.key, error["input"], line) for line in said.problems)
+    inner = error.get("ctx", {}).get("error")
+    if isinstance(inner, InputError):  # it may tell of several
+        yield from (_problem(location.key, error["input"], line) for line in inner.problems)
     else:
         yield _describe_error(model, location, error)
 

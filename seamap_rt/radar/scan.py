@@ -159,6 +159,6 @@ def _dwell(cell_azimuth_deg: float) -> NDArray[np.float64]:
     return cell_azimuth_deg * ((np.arange(_POINTS) + 0.5) / _POINTS - 0.5)
 
 
-def _mean(pattern: NDArray[np.float64], heard: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _mean(pattern: NDArray[np.float64], within_reach: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Over the points of a dwell, the second axis, where they are heard."""
-    return np.where(heard, pattern, 0.0).mean(axis=1)
+    return np.where(within_reach, pattern, 0.0).mean(axis=1)

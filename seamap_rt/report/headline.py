@@ -74,9 +74,9 @@ def radius_in_words(radius_m: float) -> str:
 
 def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str:
     """The run in one paragraph."""
-    figures, said = dict(headline(metrics)), metrics.get("sea_state_in_words")
+    figures, sea_state = dict(headline(metrics)), metrics.get("sea_state_in_words")
     waves = "; ".join(reduce.describe_waves(each, scene.sea.depth_m) for each in scene.sea.waves) or "no waves"
-    state = f"; the maps, with their noise, gaps and cells allowed for, say {said}" if said else ""
+    state = f"; the maps, with their noise, gaps and cells allowed for, say {sea_state}" if sea_state else ""
     radar, array = scene.radar, antenna_array(scene.radar)
     few = {2: "two", 3: "three", 4: "four"}.get(len(array.elements), str(len(array.elements)))
     boat = {

@@ -149,10 +149,10 @@ def check_meshes(objects: Sequence[ObjectSettings]) -> Iterator[str]:
 
 def check_pulses_compare(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
     """A magnetron whose phases are not measured serves what compares the receivers of one pulse alone."""
-    asked = comparing_pulses(radar.interferogram, retrieval)
-    if asked is None or pulse_coherence(radar) > 0.0:
+    comparison = comparing_pulses(radar.interferogram, retrieval)
+    if comparison is None or pulse_coherence(radar) > 0.0:
         return
-    key, why, instead = asked
+    key, why, instead = comparison
     key = key if key.startswith("retrieval.") else f"radar.{key}"
     raise ValueError(
         f"{key}: cannot be with radar.transmitter = 'magnetron', which starts each pulse with a random phase ({why}); "

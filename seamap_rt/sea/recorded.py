@@ -130,17 +130,17 @@ class RecordedField(MovingField):
 
     def _spectrum(self, name: str, frame: int) -> NDArray[np.complex64]:
         with self._lock:
-            kept = self._spectra.get((name, frame))
-        if kept is None:
+            spectrum = self._spectra.get((name, frame))
+        if spectrum is None:
             if name == "potential" and not self.file.potential:
-                kept = self._potential_of_flow(frame)
+                spectrum = self._potential_of_flow(frame)
             else:
-                kept = half_plane_of(self._points(name, frame), self.lattice)
+                spectrum = half_plane_of(self._points(name, frame), self.lattice)
             with self._lock:
-                self._spectra[name, frame] = kept
+                self._spectra[name, frame] = spectrum
                 while len(self._spectra) > 4 * len(_SLOPE_TAPS):
                     self._spectra.popitem(last=False)
-        return kept
+        return spectrum
 
     def _potential_of_flow(self, frame: int) -> NDArray[np.complex64]:
         """Φ with ∇Φ nearest to the velocities given: −i k·û/k². A mean flow and eddies are left out."""

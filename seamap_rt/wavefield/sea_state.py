@@ -132,7 +132,7 @@ class TurnSpectrum:
     polar_map: PolarMap
     bins: RangeBins
     transfer: Field  # (ring,) share of waves' variance that the map's cells hold
-    kept: Field  # (bin,) share of the waves' variance that cells at that distance hold
+    held_share: Field  # (bin,) share of the waves' variance that cells at that distance hold
     water: Water
     inside: NDArray[np.bool_]  # (look, gate) of cells that waves are sorted by
 
@@ -149,13 +149,13 @@ class TurnSpectrum:
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
         overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
         spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-        kept = _kept_variance_share(spectrum, overall, resolution, bins.middle)
-        return cls(spectrum, direction, polar_map, bins, overall, kept, water, inside)
+        held_share = _kept_variance_share(spectrum, overall, resolution, bins.middle)
+        return cls(spectrum, direction, polar_map, bins, overall, held_share, water, inside)
 
     @property
     def height(self) -> float:
         """m, four standard deviations of the sea."""
-        return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
+        return _height(self.polar_map, self.bins, self.held_share)["significant_wave_height"]
 
     @property
     def visible_share(self) -> float:
@@ -254,7 +254,7 @@ class SeaStateRecord:
         turn = TurnSpectrum.of(polar, self._water)
         if turn is None:
             return values
-        found = _height(turn.polar_map, turn.bins, turn.kept)
+        found = _height(turn.polar_map, turn.bins, turn.held_share)
         now = float(turn.polar_map.time.max())
         self._turns = [each for each in self._turns if now - each[0].polar_map.time.max() < _MEMORY_S]
         self._turns.append((turn, found))
