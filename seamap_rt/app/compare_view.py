@@ -88,7 +88,7 @@ class RangeVerdict(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Of B, where the difference is more than chance."""
+        """The verdict on B, where the difference is more than chance."""
         if not np.isfinite(self.first + self.second):
             return "in one of them alone"
         if not np.isfinite(self.chance):

@@ -55,7 +55,7 @@ class DesignView:
         self._new_form()
 
     async def enter(self) -> None:
-        """Look ahead again."""
+        """Work out the consequences anew."""
         self._show_consequences()
 
     def take_over(self) -> None:
@@ -106,7 +106,7 @@ class DesignView:
             self.prospects.easel.ask("drawing the graphs …", self._look_ahead(scene))
 
     def _show_file(self) -> None:
-        """While it is looked at: its colours take a tenth of a second."""
+        """Update the file only while it is open: its colours take a tenth of a second."""
         if self._file.value:
             if not self._file.default_slot.children:
                 with self._file:
@@ -215,7 +215,7 @@ class ProspectsView:
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
     def refuse(self, words: str) -> None:
-        """Nothing is known of a design: the last one's figures stay, pale."""
+        """Say why nothing is known of a design; the last one's figures stay, pale."""
         self._status.set_text(words)
         for each in self._places:
             each.classes(add="opacity-50")

@@ -63,7 +63,7 @@ class ListSection:
 
 @cache
 def scene_schema() -> Schema:
-    """Of `Scene`."""
+    """The JSON schema of `Scene`."""
     return Scene.model_json_schema()
 
 
@@ -221,7 +221,7 @@ class Draft:
         return self.tree_value(key)
 
     def tree_value(self, key: str) -> Any:
-        """As the scene's tree has it; None where it leaves it out."""
+        """The value that the scene's tree has for a key; None where it leaves the key out."""
         return _node_at(self.tree, key)
 
     @property
@@ -369,6 +369,6 @@ def flatten(tree: Any, key: str = "") -> list[tuple[str, Any]]:
 
 
 def _set_value(value: Any) -> str:
-    """As `--set` reads it: text that is a plain word needs no quotes."""
+    """A value as `--set` reads it: text that is a plain word needs no quotes."""
     word = isinstance(value, str) and _WORD.fullmatch(value) and value not in ("true", "false", "inf", "nan")
     return str(value) if word else toml_value(value)

@@ -224,7 +224,7 @@ def give_files(app: FastAPI, server: ServerState) -> None:
 
 
 def address(run: str, name: str) -> str:
-    """Of a product of a run, by the run's name."""
+    """The address of a product of a run, by the run's name."""
     return f"/files/{quote(run)}/{name}"
 
 

@@ -67,7 +67,7 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | 
 
 
 def _limits_in_words(quiet: QuietSettings) -> str:
-    """Those that are asked for, as in "water height below 0.5 m"."""
+    """The requested limits, as in "water height below 0.5 m"."""
     limits = []
     for name in ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg"):
         words, value = words_of(f"prediction.quiet.{name}"), getattr(quiet, name)
@@ -137,7 +137,7 @@ class ForecastPanel:
             await self._show(folder, number, quiet, verification)
 
     async def show_issue(self, folder: Path, number: int) -> None:
-        """Of a folder that has no maps, and so nothing that came."""
+        """Show a forecast of a folder that has no maps: what came is not known."""
         await self._show(folder, number, QuietSettings(), None)
         self._past.set_visibility(False)
 
@@ -236,7 +236,7 @@ class IssuesPanel:
         self._panel = ForecastPanel(view)
 
     async def show_folder(self, folder: Path) -> None:
-        """Of a folder. OSError, KeyError where it holds no forecasts."""
+        """Show the forecasts of a folder. OSError, KeyError where it holds none."""
         self._folder = folder
         self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _read_issues)
         count_on(self._slider, len(self._issues))

@@ -320,7 +320,7 @@ class Progress:
 
 
 def read_progress(path: Path, job: Job, now: float | None = None, pace: float | None = 1.0) -> Progress:
-    """Of a job, from the file of its progress. pace: of this machine over the guesses'; None where nobody knows."""
+    """How far a job is, by its progress file. pace: of this machine over the guesses'; None where nobody knows."""
     if job.state == "queued":
         return Progress("waits", 0.0, 0, 0, None)
     now = time.time() if now is None else now

@@ -52,7 +52,7 @@ class Section:
 
     @classmethod
     def of(cls, source: Source, azimuth_deg: float, index: int) -> Section:
-        """Of a turn, the look that is nearest to an azimuth."""
+        """The section of a turn along the look that is nearest to an azimuth."""
         results, ground = source.results, source.ground_m
         look = int(np.argmin(np.abs(wrap_degrees(source.layout.azimuth - azimuth_deg))))
 
@@ -73,7 +73,7 @@ class Section:
         )
 
     def shadows(self) -> list[tuple[float, float]]:
-        """From where to where less than half is in sight."""
+        """Ground ranges between which less than half is in sight."""
         borders = reduce.edges(self.ground_m)
         dark = np.nan_to_num(self.visible, nan=1.0) < 0.5
         return [(float(borders[begin]), float(borders[end])) for begin, end in drawing.pieces(dark)]
@@ -170,7 +170,7 @@ class FiguresPanel:
         self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4")
 
     async def show(self, *of: Any) -> None:
-        """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
+        """Show the figures of a source's turn, or of a folder. OSError, KeyError where it holds none."""
         drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
         self._status.set_text(drawn.words)
         self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
@@ -248,7 +248,7 @@ def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
 
 
 def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
-    """Of one run, beside what its design was likely to do, or of several by name."""
+    """Errors and shares of one run, beside what its design was likely to do, or of several runs by name."""
     floors, laws = [], []
     if law is not None:
         if law.ahead is not None:
@@ -307,7 +307,7 @@ def turn_png(source: Source, index: int) -> bytes | None:
 
 
 def read_shadowing(folder: Path) -> xr.Dataset:
-    """Of a finished study. OSError where there is none."""
+    """The dataset of a finished study. OSError where there is none."""
     path = folder / "shadowing.nc"
     with open_dataset(path) as opened:
         return load(opened, path.name, path)

@@ -87,7 +87,7 @@ class Prospects:
 
 
 def prospects(scene: Scene) -> Prospects:
-    """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
+    """The prospects of a valid scene: in some tens of ms, at first in seconds. Safe in threads; the last ones stay."""
     with _LOCK:
         return _kept(scene)  # type: ignore[arg-type]  # frozen, and so hashable
 
@@ -187,7 +187,7 @@ _WIDE, _HIGH = 3.9, 1.75  # inches
 
 
 def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> list[Image]:
-    """Of a design; beside: of the kept one, dashed."""
+    """The graphs of a design. beside: prospects of the kept one, drawn dashed."""
     pictures = [
         Picture(name, title, f"{title}, as a graph.", "", lambda graph=graph: draw_graph(graph, _WIDE, _HIGH))
         for name, title, graph in _graphs(found, beside, scene)

@@ -106,7 +106,7 @@ class RunsView:
 
 
 def offer_products(folder: Path, name: str) -> None:
-    """In a menu: what may be downloaded of a folder, whose name among the runs is given."""
+    """Fill a menu with what may be downloaded of a folder, whose name among the runs is given."""
     for product in products_of(folder):
         ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
 

@@ -128,7 +128,7 @@ def _rays(look_deg: float) -> tuple[Array, Array, Array]:
 
 
 def _interpolate(values: Any, x: Array, y: Array, east: Array, north: Array) -> Array:
-    """Of a field (y, x) on even cells; 0 outside."""
+    """Values of a field (y, x) on even cells, interpolated bilinearly; 0 outside."""
     place = np.stack([(north - y[0]) / (y[1] - y[0]), (east - x[0]) / (x[1] - x[0])])
     return map_coordinates(np.asarray(values, dtype=np.float64), place, order=1)
 
@@ -352,7 +352,7 @@ class PicturedPanel:
         self._place = ui.column().classes("w-full min-w-0 gap-3").mark("pictures")
 
     async def show_folder(self, folder: Path) -> None:
-        """Of a folder below the runs."""
+        """Show the pictures of a folder below the runs."""
         name = folder.relative_to(self.view.page.server.roots.runs).as_posix()
         there = [each for each in PICTURES if (folder / each).is_file()]
         text = await asyncio.to_thread(_text, folder / "statistics.txt")

@@ -201,7 +201,7 @@ class SeeView:
             self._explain(why or f"{self.tab.run}: holds no whole turn.")
 
     def _explain(self, words: str) -> None:
-        """Instead of a view."""
+        """Show words instead of a view."""
         self.easel.drop("")
         self._empty.set_text(words)
         self._place_shown(self._empty)
@@ -285,7 +285,7 @@ class SeeView:
 
     @property
     def azimuth(self) -> float:
-        """Of the look that is cut: the one that was clicked, else the one into the waves, else the first."""
+        """The azimuth of the look to cut: the one that was clicked, else the one into the waves, else the first."""
         if self._azimuth is None and self.source is not None:
             scene, looks = self.source.scene, self.source.layout.azimuth
             into = scene.sea.waves[0] if scene is not None and scene.sea.waves else None

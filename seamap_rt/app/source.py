@@ -74,7 +74,7 @@ class Results:
 
     @property
     def _main_file(self) -> Path:
-        """What there is in any case."""
+        """The file that there is in any case."""
         return self.maps if self.has_maps else self.truth
 
     @property
@@ -102,14 +102,14 @@ class Results:
         return self._files[self._main_file].read(read)
 
     def scene(self) -> Scene | None:
-        """That was run; None of a retrieval, which knows none, and of a scene of another version."""
+        """The scene that was run; None for a retrieval, which knows none, and for a scene of another version."""
         try:
             return scene_of(read_toml(self.folder / "scene.toml"))
         except InputError:
             return None
 
     def metrics(self) -> dict[str, Any]:
-        """Of a finished run; empty of another one."""
+        """The metrics of a finished run; empty for any other."""
         try:
             content = read_json(self.folder / "metrics.json", most=LONG)
         except (OSError, ValueError):
@@ -142,7 +142,7 @@ class Results:
             return False
 
     def attributes(self, name: str) -> dict[str, Any]:
-        """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
+        """Attributes of a group, named as "maps/polar". OSError, KeyError where there is none."""
         found = self._read_from(name, lambda file, path: dict(file[path].attrs))
         return {key: _scalar(each) for key, each in found.items()}
 
@@ -185,7 +185,7 @@ class Source:
 
     @cached_property
     def height_m(self) -> float:
-        """Of the antennas: by the scene, else as the maps have slant and ground ranges, else as the echoes say."""
+        """The antennas' height: by the scene, else as the maps have slant and ground ranges, else as the echoes say."""
         if self.scene is not None:
             return self.scene.radar.height_m
         try:
@@ -348,7 +348,7 @@ def _signed_scale(true: Array, retrieved: Array, what: str) -> Scale:
 
 
 def error_scale(error: Array, words: str, colours: str = style.HEIGHT_COLOURS) -> Scale:
-    """As far to either side as nearly all values go."""
+    """A scale that reaches as far to either side as nearly all values."""
     limit = reduce.quantile(np.abs(error), 0.98)
     limit = float(f"{max(limit, 0.01):.2g}") if np.isfinite(limit) else 0.1
     return Scale(-limit, limit, colours, words)

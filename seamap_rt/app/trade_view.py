@@ -144,7 +144,7 @@ def place_of(value: Any) -> Any:
 
 
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
-    """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
+    """The scene that the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
     try:
         manifest: Any = read_json(folder / MANIFEST, below=folder)
         tree = tomllib.loads(str(manifest["scene"]))
@@ -350,7 +350,7 @@ class TradeView:
         )  # fmt: skip
 
     def _open_maps(self) -> None:
-        """Of a run of the point: the one that is there, else one that is queued now."""
+        """Show the maps of a run of the point: the one that is there, else one that is queued now."""
         point, trade, server = self._chosen_point, str(self._choice.value), self.page.server
         if point is None:
             return

@@ -75,7 +75,7 @@ def kind_of_field(key: str) -> str | None:
 
 
 def check_in_process(kind: str, path: Path, names: Mapping[str, str]) -> None:
-    """As `check`, in a process of its own; InputError also where that ends badly or takes too long."""
+    """Run `check` in a process of its own; InputError also where that ends badly or takes too long."""
     arguments = [kind, str(path), *(f"{array}={name}" for array, name in names.items())]
     try:
         done = subprocess.run(

@@ -60,7 +60,7 @@ class MapSpectra:
 
 
 def map_spectra(source: Source, turn: int) -> MapSpectra:
-    """Of the last turns up to one, by its place. OSError where a turn is not there."""
+    """Spectra of the last turns up to one, by its place. OSError where a turn is not there."""
     results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
     retrieved = _mean_density([source.polar(each) for each in turns]) if results.has_maps else None
     true = _mean_density([_true_polar(source, each) for each in turns], uncorrected=True) if results.has_truth else None
@@ -89,7 +89,7 @@ def _true_polar(source: Source, turn: int) -> xr.Dataset:
 
 
 def _mean_density(polars: list[xr.Dataset], *, uncorrected: bool = False) -> Density | None:
-    """Of those turns that show a sea. uncorrected: without taking back what a retrieval's cells blur."""
+    """The mean spectrum of turns that show a sea. uncorrected: without taking back what a retrieval's cells blur."""
     water = water_of(polars[0].attrs)
     found = [each for each in (TurnSpectrum.of(polar, water) for polar in polars) if each is not None]
     if not found:
@@ -316,7 +316,7 @@ class HelmPanel:
         self._forecast = ForecastPanel(view)
 
     async def show(self, source: Source, turn: int) -> None:
-        """After a turn by its place."""
+        """Show the advice after a turn, by its place."""
         *lines, polar = await drawing.slow(view_helm, source, turn, self.view.page.dark)
         for label, words in zip(self._lines, lines, strict=True):
             label.set_text(words)

@@ -238,7 +238,7 @@ def retrieve(
 
     def print_turn(turn: Turn) -> None:
         polar = turn.maps["polar"].to_dataset()
-        console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
+        console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered_share(turn.maps)[0]}")
 
     home = store_of_echoes(echoes)[0].parent
     folder = out or home
@@ -268,7 +268,7 @@ def retrieve(
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
-        summary = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
+        summary = [*_answered_share(maps), f"sea state: {in_words(sea_state(maps))}"]
         page = retrieved_page(maps, found.findings, summary, found.echoes.attrs, echoes.name)
         write_whole(folder / RETRIEVED, page)
         heading = headings(found.echoes, maps["ground"].to_dataset()["turn"].values)
@@ -309,7 +309,7 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
     raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
 
 
-def _answered(maps: xr.DataTree) -> list[str]:
+def _answered_share(maps: xr.DataTree) -> list[str]:
     """How much of the maps holds heights, and what kept the rest from it, if that is all."""
     import numpy as np
 

@@ -299,7 +299,7 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
 
 
 def _half_visible(found: Outlook) -> str:
-    """To how far half of the water is visible to light and to a radar in each polarization, or why to none."""
+    """The range to which half of the water is visible to light and to a radar in each polarization, or why to none."""
     words: dict[str, list[str]] = {}
     shares = found.profile["visible_fraction"], *found.radar_visible
     for (name, key), share in zip(_HALF_RANGES.items(), shares, strict=True):
@@ -310,7 +310,7 @@ def _half_visible(found: Outlook) -> str:
 
 
 def _mean(values: NDArray[np.float64]) -> float:
-    """Of those that are numbers; NaN where there are none."""
+    """The mean of those that are numbers; NaN where there are none."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if known.size else np.nan
 
@@ -321,5 +321,5 @@ def _share(value: float) -> str:
 
 
 def _format_with_floor(value: float, least: float) -> str:
-    """With two digits; what is less than the least that counts is none."""
+    """A value with two digits; one below the least that counts is written as none."""
     return f"<{least:g}" if value < least else written(value, 2)

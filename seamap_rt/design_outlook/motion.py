@@ -139,7 +139,7 @@ class Motion:
         return f"{lean}° rms of lean along a look, {written(wrong, 2)} m rms of height at {at:.0f} m by its sensors"
 
     def height_variance(self, design: Design, waves: Waves) -> Array:
-        """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""
+        """Variance [m²] (look, gate) of the heights by the sensors' errors."""
         ground, k = design.ground, waves.wavenumber
         averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)

@@ -275,7 +275,7 @@ class ReachedFacets(NamedTuple):
 
     @classmethod
     def of_block(cls, reached: NDArray[np.bool_], begin: int, end: int) -> ReachedFacets:
-        """Of reached (column, facet), from one column to another."""
+        """The reached facets of the columns from `begin` to `end`. reached: (column, facet)."""
         part = reached[begin:end]
         place = np.flatnonzero(part)
         column = np.repeat(np.arange(len(part), dtype=np.int32), np.count_nonzero(part, axis=1))

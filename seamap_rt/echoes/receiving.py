@@ -42,7 +42,7 @@ class Magnetron:
 
     @classmethod
     def of(cls, radar: RadarSettings, pulses: Pulses, seed: int) -> Magnetron | None:
-        """None of a coherent transmitter."""
+        """The magnetron of a radar; None for a coherent transmitter."""
         if radar.transmitter == "coherent":
             return None
         keys = [random_streams.key(seed, Stream.TRANSMITTER, member) for member in (_PHASE, _CARRIER, _ERROR)]

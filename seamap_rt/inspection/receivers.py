@@ -37,7 +37,7 @@ _WHAT = "receivers' samples"
 
 
 def receivers(turn: xr.Dataset) -> Finding:
-    """Of one turn's echoes, voltages loaded. The gravest of what is found, in this order."""
+    """The gravest finding on the receivers by one turn's echoes, voltages loaded; checks run in this order."""
     lower, upper, both = _samples(turn)
     turning = str(turn.attrs.get("scan", "turning")) == "turning"
     return (
@@ -157,7 +157,7 @@ _MAGNETRON = (
 
 
 def transmitter(turn: xr.Dataset) -> Finding:
-    """Of one turn's echoes, voltages loaded."""
+    """The finding on the transmitter by one turn's echoes, voltages loaded."""
     what = "phase from pulse to pulse"
     runs = _runs(turn)
     if runs is None:

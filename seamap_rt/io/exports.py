@@ -73,7 +73,7 @@ class Origin:
 
 
 def origin_of(at: Origin | tuple[float, float] | str, name: str = "at") -> Origin:
-    """From LAT,LON as a text, or a pair of degrees. Raises InputError."""
+    """The origin from a text LAT,LON, or from a pair of degrees. Raises InputError."""
     if isinstance(at, Origin):
         return at
     parts = at.split(",") if isinstance(at, str) else at

@@ -55,7 +55,7 @@ class _GrowingArray(NamedTuple):
     whole: int = 0
 
     def shape(self, rows: int, of: tuple[int, ...] | None = None) -> tuple[int, ...]:
-        """Of the array, or as another one, with so many rows."""
+        """The array's shape, or another one, with so many rows."""
         shape = of or self.array.shape
         return *shape[: self.axis], rows, *shape[self.axis + 1 :]
 
@@ -258,7 +258,7 @@ class GrowingStore(ClosedOnExit):
 
 
 def _await_all(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
-    """What Zarr does to many arrays, in one call to its loop: one for each takes half as long again."""
+    """Run what Zarr does to many arrays in one call of its loop: a call for each takes half as long again."""
 
     async def ended() -> list[BaseException | None]:
         return await asyncio.gather(*awaited, return_exceptions=True)
@@ -269,7 +269,7 @@ def _await_all(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
 
 
 def _datasets_of(value: xr.Dataset | xr.DataTree) -> dict[str, xr.Dataset]:
-    """By their names below the group, whose own is empty."""
+    """Datasets by their names below the group; the group's own has an empty name."""
     if isinstance(value, xr.Dataset):
         return {"": value}
     own = {"": value.to_dataset()} if value.variables else {}
@@ -337,7 +337,7 @@ def check_chunks(
 
 
 def dims_of(array: zarr.Array) -> tuple[str | None, ...]:
-    """Of its dimensions; empty where it says none."""
+    """Names of an array's dimensions; empty where it gives none."""
     return tuple(getattr(array.metadata, "dimension_names", None) or ())
 
 

@@ -275,7 +275,7 @@ def check_declared_arrays(file: h5py.File, names: Iterable[str], called: str) ->
 
 
 def _declared_bytes(node: Any) -> int:
-    """Of an array of HDF5, or of all in a group."""
+    """Bytes that an array of HDF5 declares, or all arrays of a group."""
     import h5py
 
     if isinstance(node, h5py.Dataset):
@@ -297,7 +297,7 @@ def open_dataset(path: PathLike, wanted: str = "a NetCDF file", **options: Any) 
 
 
 def open_tree(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> xr.DataTree:
-    """As `open_dataset`, with all groups."""
+    """Open a file as `open_dataset` does, with all groups."""
     import xarray as xr
 
     return xr.open_datatree(path, engine=_netcdf_engine(path, wanted, options), **options)

@@ -94,7 +94,7 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
 
 
 def _reader(path: Path, lines: list[tuple[int, str]]) -> Callable[[list[tuple[int, str]]], Read]:
-    """By content; an ending decides for a file that has neither's words."""
+    """The reader by the file's content; the ending decides where the content has neither format's words."""
     if any(line.split()[0].upper().rstrip(":=") in _MSI_CUTS for _, line in lines):
         return _read_msi
     if path.suffix.lower() == ".csv" or (lines and "," in lines[0][1] and set(_COLUMNS) & set(_words(lines[0][1]))):

@@ -54,7 +54,7 @@ def suppress_close_errors() -> Iterator[None]:
 
 @contextmanager
 def suppress_log(library: str) -> Iterator[None]:
-    """Nothing of what a library logs."""
+    """Keep a library from logging."""
     logger = logging.getLogger(library)
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -66,7 +66,7 @@ def suppress_log(library: str) -> Iterator[None]:
 
 @contextmanager
 def suppress_complaints() -> Iterator[None]:
-    """Neither complaints nor warnings."""
+    """Keep libraries from complaining and warning."""
     with suppress_close_errors(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -107,9 +107,9 @@ def progress() -> Iterator[Callable[[str], None]]:
 
 
 def filter_asyncio_log() -> None:
-    """From here on. These libraries do several things beside each other and raise what goes wrong with one of them;
-    asyncio tells of the others when they are forgotten, on standard error, beside the line that says it all. So it does
-    of those that are left when the process is interrupted."""
+    """Filter asyncio's log from here on. These libraries do several things beside each other and raise what goes wrong
+    with one of them; asyncio tells of the others when they are forgotten, on standard error, beside the line that says
+    it all. So it does of those that are left when the process is interrupted."""
     logging.getLogger("asyncio").addFilter(_is_relevant)
 
 

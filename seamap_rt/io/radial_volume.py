@@ -161,6 +161,6 @@ def _sweep(data: xr.Dataset, images: bool, turn: int, number: int, start: dateti
 
 
 def _start(text: str) -> datetime:
-    """Without a zone: UTC."""
+    """A start time without its zone, in UTC."""
     moment = datetime.fromisoformat(text)
     return moment if moment.tzinfo is None else moment.astimezone(UTC).replace(tzinfo=None)

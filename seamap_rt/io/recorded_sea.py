@@ -96,7 +96,7 @@ class RecordedSea:
 
     @property
     def side_m(self) -> float:
-        """Of the patch, a cell around each of its points: after which it repeats, if it does."""
+        """The patch's side, with a cell around each of its points: the period of a patch that repeats."""
         return self.points * self.spacing_m
 
     @property
@@ -195,7 +195,7 @@ _LOCK = threading.Lock()
 
 
 def recorded_sea(path: str) -> RecordedSea:
-    """What a file holds. Raises InputError, a line, for one that is not a recorded sea."""
+    """What a file holds. Raises InputError of one line for a file that is not a recorded sea."""
     with say_of(f"sea.file = '{path}': "):
         try:
             return _describe_file(path, _file_version(path))

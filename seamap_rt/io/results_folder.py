@@ -79,7 +79,7 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
 
 @contextmanager
 def lock_folder(folder: Path, option: str) -> Iterator[None]:
-    """Nobody else writes results into the folder meanwhile. InputError, which names the process, where one does."""
+    """Keep others from writing results into the folder. InputError, which names the process, where one does."""
     with ExitStack() as stack:
         try:
             stack.enter_context(locked(folder / _LOCK))

@@ -54,7 +54,8 @@ class DensityUnit:
 
 
 def density_unit(declared: str, called: str, omega: bool = False, action: bool = False) -> DensityUnit:
-    """By the words of a unit. omega: the file counts frequencies in rad/s; action: the density is called one of action.
+    """The unit of a density by its words. omega: the file counts frequencies in rad/s; action: the density is called
+    one of action.
 
     Raises Refusal for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
     """

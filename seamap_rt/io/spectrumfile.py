@@ -305,8 +305,8 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
 
 
 def _swan_unit(header: list[str], lines: list[str]) -> DensityUnit:
-    """Of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided energy by
-    ρg already."""
+    """The unit of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided
+    energy by ρg already."""
     if "QUANT" not in header:
         return DensityUnit(1.0)
     begin = header.index("QUANT") + 2  # past how many quantities there are

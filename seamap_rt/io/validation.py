@@ -1,4 +1,4 @@
-"""From the tree of a scene file to its settings: everything that is wrong with it, in the user's words, a line each.
+"""From the tree of a scene file to its settings. Each fault of the tree is described in one line, in the user's words.
 
 A line names the key, its value, the limit or the nearest known key, and what to do.
 """
@@ -27,7 +27,7 @@ Further = Callable[[Mapping[str, Any], frozenset[Key]], Iterable[str]]
 
 
 def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further | None = None) -> Model:
-    """The model of a tree. Raises InputError with all that is wrong, a line each, unknown keys first.
+    """The model of a tree. Raises InputError with one line for each fault, unknown keys first.
 
     further: asked where single keys are wrong, with the tree and these keys, for what else is wrong with the rest: the
     model's own checks are not made then.

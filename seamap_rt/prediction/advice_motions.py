@@ -181,7 +181,7 @@ class SeaPrediction:
         )
 
     def transfers(self, courses: Sequence[Course], shares: Shares) -> Transfers:
-        """Of some courses; all waves and speeds of a heading at once."""
+        """Transfers for some courses; all waves and speeds of a heading at once."""
         sets = self.waves, self.groups, self.spectrum
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
         made = np.empty((len(courses), len(QUANTITIES), whole.kx.size), np.complex128)

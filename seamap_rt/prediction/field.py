@@ -117,7 +117,7 @@ class WaveField(TableMixin):
     def quantities(
         self, names: Sequence[str], vessel: Vessel | None = None, course: Course = AT_REST
     ) -> list[Quantity]:
-        """Of the water or of a vessel on a course. Raises ValueError for names that are not known."""
+        """Quantities of the water, or of a vessel on a course. Raises ValueError for names that are not known."""
         groups, water = self.knowledge.groups, self.spectrum.water
         return quantities(names, self.lattices, self.members[0].lattice, groups, water, vessel, course)
 

@@ -145,7 +145,7 @@ def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
 
 
 def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
-    """Without the ranges."""
+    """Columns of a budget, without the ranges."""
     columns: list[Column] = [("echo dBm", "echo_dbm", _dbm(each.power), 2)]
     for heading, prefix, rows in (("SNR dB", "snr", each.snr), ("σ0 min dB", "minimum_nrcs", each.minimum_nrcs)):
         for mode, row in zip(table.integrations, rows, strict=True):

@@ -76,7 +76,7 @@ class RecordState:
     broken_first: float = 0.0  # taken out by then
 
     def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> RecordState:
-        """With one more frame."""
+        """The state with one more frame."""
         heights = elevation.astype(np.float64)
         heights -= heights.mean()
         variance = float(np.mean(heights**2))
@@ -186,7 +186,7 @@ class _Frames:
         )
 
     def _values_on_points(self, waves: NDArray[np.complex128]) -> NDArray[np.float32]:
-        """From half a side south-west of the antenna on, where exp(i k·x) is 1 or −1."""
+        """Values on the points from half a side south-west of the antenna on, where exp(i k·x) is 1 or −1."""
         band = self.plan.band
         row = np.concatenate((np.arange(band.most_y + 1.0), np.arange(-band.most_y, 0.0)))[:, None]
         centred = waves * (1.0 - 2.0 * np.remainder(np.arange(band.most_x + 1.0) + row, 2.0))
@@ -359,7 +359,7 @@ def _append_frames(
 
 
 def _record_facts(at: RecordState, evolution: Evolution) -> dict[str, Any]:
-    """What the record came to."""
+    """Facts of the finished record: height, skewness and energy."""
     change = evolution.energy(at.state) / at.energy_first - 1.0
     broken = (at.state.broken - at.broken_first) / at.energy_first
     return {

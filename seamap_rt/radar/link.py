@@ -130,7 +130,8 @@ def textbook_power(
 
 
 def signal_to_noise(radar: RadarSettings, nrcs: float, range_m: float) -> float:
-    """Of one pulse, a ratio, by the textbook's equation with the antenna's gain towards the sea; nrcs: σ0, a ratio."""
+    """Signal to noise of one pulse, a ratio, by the textbook's equation with the antenna's gain towards the sea; nrcs:
+    σ0, a ratio."""
     towards = float(gain_towards_sea(radar, range_m))
     return float(textbook_power(radar, nrcs, range_m, towards)) / noise_power(radar)
 

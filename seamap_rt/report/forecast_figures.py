@@ -171,7 +171,7 @@ def _elevation(forecasts: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _correlation(a: Array, b: Array) -> Array:
-    """Of columns, about their means over the rows; NaN of fewer than three rows, or of what never changes."""
+    """Correlation of columns over their rows; NaN for fewer than three rows, or of what never changes."""
     if a.shape[0] < 3:
         return np.full(a.shape[1], np.nan)
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
@@ -253,7 +253,7 @@ class BoatForecast:
 
     @property
     def highest(self) -> int:
-        """Of the leads, where the highest crest is expected."""
+        """Index of the lead at which the highest crest is expected."""
         return int(np.argmax(self.elevation_m))
 
     @property
@@ -364,7 +364,7 @@ _SCORE_COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
-    """Of a run's windows; none of a run that had none, or of one kind alone."""
+    """Pictures of a run's windows; none for a run that had none, or of one kind alone."""
     if windows is None or windows.quiet.all() or not windows.quiet.any():
         return []
     return [window_picture(windows, confidence)]
@@ -405,7 +405,7 @@ def window_table(scores: Mapping[str, Any] | None) -> list[Table]:
 
 @style.styled
 def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
-    """Of one run or several, whose bands are then drawn too."""
+    """The figure of quiet windows of one run or several, whose bands are then drawn too."""
     chance, quiet = (np.concatenate([getattr(run, name) for run in runs]) for name in ("chance", "quiet"))
     scores = {"forecast": chance}
     scores |= {name: np.concatenate([run.others[name] for run in runs]) for name in runs[0].others}

@@ -98,7 +98,7 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
 
 
 def wave_height(metrics: Mapping[str, Any]) -> str:
-    """Of the sea at large, by all turns' maps, with its standard error."""
+    """Wave height of the sea at large, by all turns' maps, with its standard error."""
     state = _group(metrics, "sea_state")
     series = (reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std", "_least"))
     height, error, least = (float(values[-1]) if values.size else np.nan for values in series)

@@ -216,7 +216,7 @@ def start_of(file: RecordedSea, start_s: float | None) -> tuple[int, float]:
 
 
 def duration_s(file: RecordedSea, start_s: float | None = None) -> float:
-    """From the scene's time 0 to the last that is known."""
+    """Seconds from the scene's time 0 to the last that is known."""
     first, late = start_of(file, start_s)
     return (file.frames - 1 - first - TAPS[-1] - _BESIDE + 1) * file.step_s - late
 

@@ -209,7 +209,7 @@ class TurnMemory:
 
     @contextmanager
     def maps_and_truth(self, folder: Path) -> Iterator[tuple[xr.DataTree, xr.DataTree]]:
-        """Of all turns together, each with the groups `polar` and `ground`. folder: where their files are."""
+        """Maps and truth of all turns, each with the groups `polar` and `ground`. folder: where their files are."""
         if self._kept:
             maps, truth = (concatenate_turns(turns) for turns in zip(*self._kept, strict=True))
             yield maps, truth
@@ -286,8 +286,8 @@ def _metrics(
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Of the last turn, but for folded waves, of which the worst turn counts; and the share of the ground cells that
-    the first turn's beam passed which the last one's passes still."""
+    """Counts of the last turn, but for folded waves, of which the worst turn counts; and the share of the ground cells
+    that the first turn's beam passed which the last one's passes still."""
     last, first_cells = dict(counts[-1]), counts[0]["ground_cells"]
     covered = last.pop("ground_cells") / max(first_cells, 1)
     return {"ground_covered": covered, **last, "folded_share": max(turn["folded_share"] for turn in counts)}

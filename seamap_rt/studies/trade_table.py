@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Window(NamedTuple):
-    """From where to where [m] a map is usable; NaN where it is nowhere, or where there are no waves to map."""
+    """The ranges [m] between which a map is usable; NaN where it is nowhere, or where there are no waves to map."""
 
     nearest: float
     furthest: float

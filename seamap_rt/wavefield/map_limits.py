@@ -30,7 +30,7 @@ _FLAGGED = {
 
 
 def hindrance(polar: xr.Dataset) -> str:
-    """Of one turn's polar map, whose sea state is not known: the cause and its remedy, in words."""
+    """Why the sea state of one turn's polar map is not known, and the remedy, in words."""
     ranges, flags, height = polar["range"].values, polar["quality"].values, float(polar.attrs.get("height_m", np.nan))
     near = STEEPEST * height
     for name, words in _FLAGGED.items():

@@ -138,7 +138,7 @@ class TurnSpectrum:
 
     @classmethod
     def of(cls, polar: xr.Dataset, water: Water) -> TurnSpectrum | None:
-        """Of the polar map of one turn; None where too little is in sight."""
+        """The spectrum of the polar map of one turn; None where too little is in sight."""
         polar_map = PolarMap.of(polar)
         bins = RangeBins.of(polar_map)
         if bins is None or not bins.used.any():
@@ -177,17 +177,17 @@ class TurnSpectrum:
 
     @cached_property
     def heights(self) -> Heights:
-        """Of the cells that waves are sorted by."""
+        """Heights of the cells that waves are sorted by."""
         return self._heights(self.inside)
 
     @cached_property
     def heights_used(self) -> Heights:
-        """Of the cells that the waves' height is taken from."""
+        """Heights of the cells that the waves' height is taken from."""
         return self._heights(self.polar_map.known & self.bins.covers(self.bins.used, self.polar_map.distance))
 
     @cached_property
     def periodogram(self) -> Periodogram:
-        """By rings and directions, of heights that fade towards the edge, so that long waves do not leak."""
+        """The periodogram by rings and directions, of heights that fade towards the edge, lest long waves leak."""
         cells = self.polar_map.cells(self.inside)
         faded = cells.weight * (1.0 - (np.hypot(cells.x, cells.y) / (_FADED * cells.reach)) ** 2)
         area = float(faded.sum() ** 2 / np.sum(faded**2 / cells.weight))

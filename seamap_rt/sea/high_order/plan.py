@@ -63,7 +63,7 @@ class LinearStart:
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """Of the rectangle along x and y, m."""
+        """Lengths of the rectangle along x and y, m."""
         longest = max((train.lattice.length for train in self.sea.trains if isinstance(train, LineTrain)), default=0.0)
         length = max(self.extent, longest)
         return length, length
@@ -127,7 +127,7 @@ def _indices(train: RegularTrain, lengths: tuple[float, float]) -> tuple[int, in
 
 
 def peaks(settings: SeaSettings) -> list[WaveFacts]:
-    """Of every wave system that has waves."""
+    """Peaks of every wave system that has waves."""
     return [facts for waves in settings.waves if (facts := wave_facts(waves, settings.depth_m)) is not None]
 
 
