@@ -33,7 +33,7 @@ _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 
 
 def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | None:
-    """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
+    """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as requested."""
     path = folder / "prediction.nc"
     if not results_exist(path):
         return None
@@ -142,7 +142,7 @@ class ForecastPanel:
         self._past.set_visibility(False)
 
     async def _show(self, folder: Path, number: int, quiet: QuietSettings, verification: Verification | None) -> bool:
-        """Whether there is a forecast."""
+        """Draw the forecast; whether there is one."""
         if verification is not None and self._lead.value is None:
             leads = verification.verified.forecasts["lead"].values
             whole = [i for i, lead in enumerate(leads) if float(lead).is_integer()] or range(leads.size)
@@ -166,7 +166,7 @@ class ForecastPanel:
         return True
 
     async def _fetch_verification(self, source: Source) -> Verification | None:
-        """What came of a run, drawn again in a process of its own, once; None where nobody knows."""
+        """Verify a run's forecasts once, in a process of its own; None where the true sea is not known."""
         if source.results.growing:
             self._status.set_text("Past forecasts are held against the sea that came when the run has ended.")
         elif source.scene is None:
@@ -214,7 +214,7 @@ def _errors_in_words(verification: Verification, lead: int) -> str:
 
 
 def _windows_in_words(scores: dict[str, Any]) -> str:
-    """What was called, and what came of it."""
+    """How many quiet windows were called, and how many of them were quiet."""
     words = f"Of {scores['windows']} windows {scores['quiet_share']:.0%} were quiet. "
     if scores["right"] is None:
         return f"{words}None was called: none was {scores['confidence']:.0%} sure."

@@ -225,8 +225,8 @@ class Source:
         return np.isfinite(self.results.field(f"{tree}/ground/time", index))
 
     def _fields(self, name: str, index: int) -> tuple[Array | None, Array | None]:
-        """A field, named as "ground/height", as it is and as it was retrieved; None of what is not known. Of the ground
-        what the beam passed."""
+        """The true and the retrieved field, named as "ground/height"; None where it is not known. The true one has only
+        ground cells that the beam passed."""
         results = self.results
         true = results.field(f"truth/{name}", index) if results.has_truth else None
         if true is not None and name.startswith("ground/"):

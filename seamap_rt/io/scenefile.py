@@ -1,7 +1,6 @@
 """Scene files: TOML to settings and back, overrides of keys, and the shipped scenes.
 
-Whatever is wrong with a scene file becomes an InputError: key, value, limit or reason, what to do, a line for each
-thing that is wrong.
+Faults of a scene file raise InputError. It has one line for each fault: key, value, limit or reason, and what to do.
 """
 
 from __future__ import annotations

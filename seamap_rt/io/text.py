@@ -211,7 +211,7 @@ def _four_digits(value: float, towards: Callable[[float], int]) -> str:
 
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """An array of what a caller gives; InputError for what is none of numbers."""
+    """The array of a caller's numbers; InputError for anything else."""
     import numpy as np
 
     try:

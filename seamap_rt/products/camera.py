@@ -132,7 +132,7 @@ _FURTHER_ATTRIBUTES: dict[str, dict[str, Any]] = {
 
 
 def _provenance(scene: Scene, sea: Sea) -> dict[str, Any]:
-    """What the file says of itself: the scene, and what of the sea is resolved."""
+    """Attributes of the file: the scene, and the resolved part of the sea."""
     return {
         "title": f"Simulated sea of the scene {scene.name}, seed {scene.seed}",
         "source": f"seamap_rt {version('seamap_rt')}",

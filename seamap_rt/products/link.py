@@ -59,7 +59,7 @@ def link_table(radar: RadarSettings, table: LinkBudget) -> str:
 
 
 def _facts(scene: Scene) -> list[tuple[str, str]]:
-    """Name and value of what does not depend on range."""
+    """Names and values of the facts that do not depend on range."""
     radar = scene.radar
     across = (link.footprint_m(radar, r) for r in (100.0, 200.0))
     spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)

@@ -94,7 +94,7 @@ class SeaProducts:
     notes: tuple[str, ...]
 
     def headline(self) -> str:
-        """Height and what of the sea is resolved, in one line."""
+        """Wave height, and the resolved part of the sea, in one line."""
         resolved = self.sea.resolved
         share = resolved.choppy.folded_share if resolved.choppy is not None else 0.0
         folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""

@@ -165,7 +165,7 @@ def sea_rows(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def warnings(metrics: Mapping[str, Any]) -> list[str]:
-    """What a reader must know before any figure, a line each."""
+    """Warnings that a reader must see before any figure, one line each."""
     notes = (fold_warning(metrics), ground_warning(metrics), objects_warning(metrics))
     return [*(each for each in notes if each), *(metrics.get("vessel_notes") or ())]
 

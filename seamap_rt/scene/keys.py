@@ -196,7 +196,7 @@ _INTRODUCTION = """\
 A scene file holds all that a run depends on: sea, radar, boat, objects, how finely to trace and how to retrieve. It is
 [TOML](https://toml.io): tables in brackets, a key and a value a line. Only `name` is needed; a key that is left out has
 the default below. Unknown keys, values beyond their limits and keys that contradict each other are refused all at once,
-in a line each that names key, value, limit and remedy.
+each in one line that names key, value, limit and remedy.
 
 `seamap-rt new mine.toml` writes a scene to begin with, its keys explained; `--like NAME` takes any shipped one as the
 pattern, so `--like solid_state_chirp`. `seamap-rt keys` prints the tables below, `keys radar.antenna` one section of

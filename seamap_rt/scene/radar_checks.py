@@ -226,8 +226,7 @@ def check_start(sea: SeaSettings) -> None:
 
 
 def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
-    """What one should know of a recorded sea before it is run, a line each: how far it reaches, and what comes
-    beyond."""
+    """Notes on a recorded sea before it is run, one line each: how far it reaches, and what comes beyond."""
     if sea.model != "recorded":
         return []
     from ..io.recorded_sea import recorded_sea  # loads what reads files

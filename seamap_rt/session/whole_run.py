@@ -112,7 +112,7 @@ PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
 
 
 class Stream(NamedTuple):
-    """Who listens, and the form of what is sent: "json" or "signalk"."""
+    """Who listens, and the form of the messages: "json" or "signalk"."""
 
     broadcast: Broadcast
     form: Format = "json"
@@ -239,7 +239,7 @@ def _sinks(
 
 @contextmanager
 def _report_remaining(store: GrowingStore, turns: int) -> Iterator[None]:
-    """An interruption, or a full disk, with a message of what is left."""
+    """Give an interruption, or a full disk, a message that says which turns are left."""
     try:
         yield
     except BaseException as error:
