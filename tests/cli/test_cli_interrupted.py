@@ -181,12 +181,12 @@ def test_the_first_signal_interrupts_and_others_wait_for_the_end() -> None:
     stops.begin()
     try:
         stops.run()
-        assert not stops.asked
+        assert not stops.requested
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
         for number in before:
             signal.raise_signal(number)
-        assert stops.asked
+        assert stops.requested
     finally:
         stops.end(process=False)
     assert {number: signal.getsignal(number) for number in before} == before
