@@ -51,7 +51,7 @@ class Refusal(InputError):
 
 @contextmanager
 def say_of(subject: str, kind: type[InputError] = Refusal) -> Iterator[None]:
-    """The problems of what is raised within, of this kind, begin with a subject, such as "file 'a.csv', "."""
+    """Put a subject, such as "file 'a.csv', ", before the problems of errors of this kind that are raised within."""
     try:
         yield
     except kind as refusal:

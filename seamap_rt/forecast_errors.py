@@ -69,8 +69,8 @@ def judge_forecasts(verified: VerifiedForecasts) -> list[dict[str, Any]]:
     stated and of persistence (the sea stays as it is now), all over the standard deviation of the sea that came; and
     the share of errors within 1.96 stated ones; the median maximum prediction time. What is not defined is None.
     """
-    kept = warm(verified.forecasts)
-    forecasts, truth = verified.forecasts.isel(issue=np.flatnonzero(kept)), verified.truth[kept]
+    judged = warm(verified.forecasts)
+    forecasts, truth = verified.forecasts.isel(issue=np.flatnonzero(judged)), verified.truth[judged]
     lead, mean, std = (forecasts[name].values.astype(np.float64) for name in ("lead", "elevation", "elevation_std"))
     rows = []
     for place in range(forecasts.sizes["place"]):
@@ -80,19 +80,19 @@ def judge_forecasts(verified: VerifiedForecasts) -> list[dict[str, Any]]:
             inside = (lead >= first) & (lead <= last)
             if not inside.any() or not sigma > 0.0:
                 continue
-            was, forecast, said = (each[:, inside, place] for each in (truth, mean, std))
+            was, forecast, stated = (each[:, inside, place] for each in (truth, mean, std))
             kept_on = mean[:, :1, place] - was
             both = np.std(was) > 0.0 and np.std(forecast) > 0.0 and was.size > 2
             rows.append(
                 {
                     "place": int(forecasts["place"][place]),
                     "lead_s": [first, last],
-                    "forecasts": int(kept.sum()),
+                    "forecasts": int(judged.sum()),
                     "correlation": float(np.corrcoef(was.ravel(), forecast.ravel())[0, 1]) if both else None,
                     "error_share": float(np.sqrt(np.mean((forecast - was) ** 2))) / sigma,
-                    "stated_share": float(np.sqrt(np.mean(said**2))) / sigma,
+                    "stated_share": float(np.sqrt(np.mean(stated**2))) / sigma,
                     "persistence_share": float(np.sqrt(np.mean(kept_on**2))) / sigma,
-                    "within": float(np.mean(np.abs(forecast - was) < _BAND * said)),
+                    "within": float(np.mean(np.abs(forecast - was) < _BAND * stated)),
                     "maximum_prediction_time_s": longest,
                 }
             )

@@ -36,7 +36,7 @@ def judge(series: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def judge_one(gauge: xr.Dataset) -> dict[str, Any]:
-    """Of one gauge, without its name."""
+    """The metrics of one gauge, without its name."""
     true, estimate, spread = (
         np.asarray(gauge[name].values, dtype=np.float64) for name in ("seen_true_height", "height", "height_std")
     )
@@ -173,7 +173,7 @@ class NoSpectrum(NamedTuple):
 
 
 def spectra(gauge: xr.Dataset) -> GaugeSpectra | NoSpectrum:
-    """Of one gauge of a series that has the true surface too, `series.isel(gauge=0)`."""
+    """Spectra of one gauge of a series that has the true surface too, `series.isel(gauge=0)`."""
     height, time = (np.asarray(gauge[name].values, dtype=np.float64) for name in ("height", "seen_time"))
     if height.size < LEAST_TURNS:
         return NoSpectrum(f"{height.size} turns are too short a record for a spectrum, which takes {LEAST_TURNS}")
@@ -209,7 +209,7 @@ def _welch(values: Array, step_s: float, segment_s: float) -> tuple[Array, Array
 
 
 def _freedom(turns: int, turn_s: float, segment_s: float) -> float:
-    """Of a mean over n Hann windows that overlap by half: 2n / (1 + 2 · (1/6)² (n − 1)/n) (Welch 1967)."""
+    """Degrees of freedom of a mean of n half-overlapping Hann windows: 2n / (1 + 2 · (1/6)² (n − 1)/n) (Welch 1967)."""
     segments = 2.0 * turns * turn_s / segment_s - 1.0
     return 2.0 * segments / (1.0 + 2.0 / 36.0 * (segments - 1.0) / segments)
 
@@ -328,7 +328,7 @@ class _Cells:
         self._own = own
 
     def mean(self, name: str) -> float:
-        """Of a field, NaN if the cell in which the point lies has none."""
+        """The mean of a field; NaN if the cell in which the point lies has none."""
         values = np.asarray(self._four[name].values, dtype=np.float64)
         weight = np.where(self._together & np.isfinite(values), self._bilinear, 0.0)
         if not self._inside or weight[self._own] == 0.0:

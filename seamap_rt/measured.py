@@ -74,12 +74,12 @@ class CoverageProfile:
 
     @property
     def gross_share(self) -> float:
-        """Of all heights that count; NaN where there are none."""
+        """Share of gross errors among all heights that count; NaN where there are none."""
         return float(self.gross.sum() / self.sure.sum()) if self.sure.any() else np.nan
 
     @property
     def missed_share(self) -> float:
-        """Of all cells at 50 to 200 m: without a height that counts; NaN where there are none."""
+        """Share of the cells at 50 to 200 m that have no height that counts; NaN where there are no cells."""
         inside = headline_gates(self.range_m)
         return float(1.0 - self.sure[inside].sum() / self.cells[inside].sum()) if inside.any() else np.nan
 

@@ -137,7 +137,7 @@ def headline_gates(ranges: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def headline_band(ranges: NDArray[np.float64]) -> tuple[float, float] | None:
-    """m: what of 50 to 200 m the maps hold; None if nothing of it."""
+    """The part [m] of 50 to 200 m that the maps hold; None if they hold nothing of it."""
     if not headline_gates(ranges).any():
         return None
     return max(HEADLINE_M[0], float(ranges[0])), min(HEADLINE_M[1], float(ranges[-1]))

@@ -21,7 +21,7 @@ from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.growing_store import GrowingStore
-from seamap_rt.io.process import uninterrupted
+from seamap_rt.io.process import hold_interruptions
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
@@ -348,7 +348,7 @@ def test_signals_wait_while_a_turn_is_written() -> None:
     done: list[str] = []
 
     def write() -> None:
-        with uninterrupted():
+        with hold_interruptions():
             signal.raise_signal(signal.SIGINT)
             signal.raise_signal(signal.SIGINT)
             done.append("written")
@@ -359,7 +359,7 @@ def test_signals_wait_while_a_turn_is_written() -> None:
         write()
     assert done == ["written"]
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
-    with uninterrupted():
+    with hold_interruptions():
         done.append("again")
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
 
@@ -369,7 +369,7 @@ def test_other_threads_write_without_signals() -> None:
     done: list[str] = []
 
     def write() -> None:
-        with uninterrupted():
+        with hold_interruptions():
             done.append("written")
 
     thread = threading.Thread(target=write)

@@ -48,7 +48,7 @@ def test_a_turn_that_takes_longer_has_nothing_less_than_nothing_left() -> None:
     for lasts in (1.0, 1.0, 500.0):
         pace.begin()
         hand.time += lasts
-    assert pace.left() == "about 0 s"
+    assert pace.time_left() == "about 0 s"
 
 
 def test_a_stage_is_told_once_by_its_own_name() -> None:

@@ -60,11 +60,11 @@ def serve(runs: Path, *, port: int, host: str, browser: bool, announce: Callable
         raise InputError(
             f"--runs = {runs}: cannot be a folder ({error.strerror or error}); choose another one"
         ) from None
-    listening = _listening(host, port)
+    listening = _open_socket(host, port)
     number = listening.getsockname()[1]
     given = os.environ.get("SEAMAP_RT_APP_TOKEN")  # by tests, and by who opens the page himself
     token = given or secrets.token_urlsafe(24)
-    gate = Gate(token, _names(host, number), f"{_COOKIE}_{number}")
+    gate = Gate(token, _host_names(host, number), f"{_COOKIE}_{number}")
     name = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
     address = f"http://{f'[{name}]' if ':' in name else name}:{number}/?token={token}"
     server = _server(runs, gate)
@@ -118,7 +118,7 @@ def _close(server: Any) -> None:
     server.queue.close()
 
 
-def _listening(host: str, port: int) -> socket.socket:
+def _open_socket(host: str, port: int) -> socket.socket:
     """The socket, so that a port that is taken is refused before anything is loaded."""
     try:
         family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
@@ -138,7 +138,7 @@ def _listening(host: str, port: int) -> socket.socket:
     return listening
 
 
-def _names(host: str, port: int) -> frozenset[str]:
+def _host_names(host: str, port: int) -> frozenset[str]:
     """What a browser may call the page. Beyond loopback, also this machine's own names."""
     names = {"127.0.0.1", "localhost", "[::1]"}
     if host not in ("127.0.0.1", "localhost", "::1"):
@@ -241,14 +241,14 @@ class _Request:
 
 
 def _add_headers(send: Any) -> Any:
-    async def sent(message: Any) -> None:
+    async def send_with_headers(message: Any) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in _HEADERS.items():
                 headers.setdefault(name, value)
         await send(message)
 
-    return sent
+    return send_with_headers
 
 
 async def _refuse(scope: Any, receive: Any, send: Any, status: int, words: str) -> None:

@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 from ..conventions import turn_name
 from ..metrics import BIN_M, HEADLINE_M, counts
 from . import drawing
-from .draft import flat
+from .draft import flatten
 from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
@@ -66,7 +66,7 @@ def _number(metrics: Any, key: str) -> float | None:
 def differences(first: Source, second: Source) -> str:
     """What the two were run with that is not the same: keys, seed, turns that they hold."""
     turns = tuple(len(each.results.turns()) for each in (first, second))
-    scenes = [dict(flat(each.scene.model_dump(mode="json"))) if each.scene else None for each in (first, second)]
+    scenes = [dict(flatten(each.scene.model_dump(mode="json"))) if each.scene else None for each in (first, second)]
     parts = [] if turns[0] == turns[1] else [f"turns (A {turns[0]}, B {turns[1]})"]
     a, b = scenes
     if a is None or b is None:
@@ -88,7 +88,7 @@ class RangeVerdict(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Of B, where the difference is more than chance."""
+        """The verdict on B, where the difference is more than chance."""
         if not np.isfinite(self.first + self.second):
             return "in one of them alone"
         if not np.isfinite(self.chance):
@@ -173,7 +173,7 @@ def _scatter(sums: Array) -> tuple[float, int]:
     return float(np.sqrt((n - 1) / n * spread * (1.0 + 2.0 * max(0.0, near)))), n
 
 
-def in_words(verdicts: Sequence[RangeVerdict]) -> str:
+def describe(verdicts: Sequence[RangeVerdict]) -> str:
     """What is better where, in a line or two."""
     first, *ranges = verdicts
     words = {"▲ B better": "B better", "▼ B worse": "B worse"}.get(first.verdict, "no difference beyond chance")
@@ -210,7 +210,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
     errors = {name: errors_by_range(each, turn) for name, each in zip(names, (first, second), strict=True)}
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
-        side_by_side(first, second, turn, names),
+        paired_panels(first, second, turn, names),
         draw_images(range_pictures(errors), dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
@@ -218,7 +218,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
     )
 
 
-def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> MapPanels:
+def paired_panels(first: Source, second: Source, turn: int, names: tuple[str, str]) -> MapPanels:
     """Retrieved heights of both on one scale and, where the truth is known, both errors on another.
 
     turn: by its place, of both. OSError, IndexError where a run has no such turn.
@@ -267,9 +267,9 @@ class CompareView:
         self._sources: dict[str, Source] = {}
         self._shown: tuple[Any, ...] = ()
         with ui.row().classes("w-full items-center gap-2"):
-            self._choices = [choice(label, f"compare-{label}", self._chosen) for label in "AB"]
+            self._choices = [choice(label, f"compare-{label}", self._choose_runs) for label in "AB"]
             flat_button("Swap A and B", icon="swap_horiz", on_click=self._swap)
-        self._said = ui.label().classes("text-sm").props("role=status")
+        self._status = ui.label().classes("text-sm").props("role=status")
         self._body, self._easel = make_stage()
         with self._body.classes("gap-2"):
             self._verdict = ui.label().classes("font-bold").mark("compared")
@@ -289,7 +289,7 @@ class CompareView:
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
         if len(names) < 2:
-            self._said.set_text("Two runs are needed: run a design, change it, and run it again.")
+            self._status.set_text("Two runs are needed: run a design, change it, and run it again.")
             self._body.set_visibility(False)
             return
         if self.tab.run not in names:
@@ -300,7 +300,7 @@ class CompareView:
             each.set_options(names, value=value)
         self._redraw()
 
-    async def _chosen(self) -> None:
+    async def _choose_runs(self) -> None:
         first, second = (str(each.value) for each in self._choices)
         if first == second:  # the other one: they change places
             first, second = self.tab.other, self.tab.run
@@ -320,7 +320,7 @@ class CompareView:
         self._easel.ask(f"drawing {self.tab.run} and {self.tab.other} …", self._draw_both(), self._refuse)
 
     def _refuse(self, why: Exception) -> None:
-        self._said.set_text(f"These two cannot be held against each other: {why}")
+        self._status.set_text(f"These two cannot be held against each other: {why}")
         self._body.set_visibility(False)
 
     async def _draw_both(self) -> None:
@@ -331,7 +331,7 @@ class CompareView:
         key = (*names, self.page.dark)
         whole = key != self._shown
         made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
-        self._said.set_text(made.differ)
+        self._status.set_text(made.differ)
         self._body.set_visibility(True)
         count_on(self._slider, count)
         self._turn.set_text(turn_name(turn, count))
@@ -355,7 +355,7 @@ class CompareView:
 
     def _fill_ranges(self, judged: list[RangeVerdict]) -> None:
         """Whose heights err less, range by range."""
-        self._verdict.set_text(in_words(judged) if judged else "Whose heights err less is not known: a true sea lacks.")
+        self._verdict.set_text(describe(judged) if judged else "Whose heights err less is not known: a true sea lacks.")
         self._ranges.set_visibility(bool(judged))
         self._ranges.rows = [
             {

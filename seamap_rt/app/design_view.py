@@ -42,7 +42,7 @@ class DesignView:
             self._predict = ui.checkbox("forecast too").props("dense").mark("predict")
             flat_button("Undo", icon="undo", on_click=self._undo, mark="undo")
             flat_button("Keep to compare", icon="push_pin", on_click=self._pin, mark="pin")
-            self._said = ui.label().classes("text-sm").props("role=status")
+            self._status = ui.label().classes("text-sm").props("role=status")
         self._answer = ui.label().classes("font-bold").mark("answer").props("aria-live=polite")
         with ui.element("div").classes(_GRID):
             tiles = ui.column().classes("w-full min-w-0 lg:col-start-2")
@@ -55,31 +55,31 @@ class DesignView:
         self._new_form()
 
     async def enter(self) -> None:
-        """Look ahead again."""
-        self._changed()
+        """Work out the consequences anew."""
+        self._show_consequences()
 
     def take_over(self) -> None:
         """The draft was changed from elsewhere."""
         self.form.rebuild()
-        self._changed()
+        self._show_consequences()
 
     # ------------------------------------------------------------------------------------------------- the scene
 
     def _start(self) -> None:
         if self._choice.value != self.tab.draft.name:
-            self._take(Draft.shipped(self._choice.value, self.page.server.roots))
+            self._take_draft(Draft.shipped(self._choice.value, self.page.server.roots))
 
-    def _take(self, draft: Draft) -> None:
+    def _take_draft(self, draft: Draft) -> None:
         self.tab.draft = draft
         self._new_form()
 
     def _new_form(self) -> None:
         self._form_place.clear()
         with self._form_place:
-            self.form = Form(self.tab.draft, self._changed)
+            self.form = Form(self.tab.draft, self._show_consequences)
         name = self.tab.draft.name
         self._choice.value = name if name in list_shipped() else None
-        self._changed()
+        self._show_consequences()
 
     def _undo(self) -> None:
         if self.tab.draft.undo():
@@ -88,14 +88,14 @@ class DesignView:
     def _pin(self) -> None:
         draft = self.tab.draft
         if draft.scene is None:
-            self._said.set_text("This design does not stand yet: mend what is marked first.")
+            self._status.set_text("This design does not stand yet: mend what is marked first.")
             return
-        changed = ", ".join(draft.changed) or "as shipped"
+        changed = ", ".join(draft.changes) or "as shipped"
         self.tab.pinned = (f"{draft.name} ({changed})", draft.scene)
-        self._said.set_text("Kept: the differences of what you change now are shown beside it.")
-        self._changed()
+        self._status.set_text("Kept: the differences of what you change now are shown beside it.")
+        self._show_consequences()
 
-    def _changed(self, _: str = "") -> None:
+    def _show_consequences(self, _: str = "") -> None:
         """What it is likely to do now; what was asked of an older change is dropped."""
         self._show_file()
         scene = self.tab.draft.scene
@@ -106,7 +106,7 @@ class DesignView:
             self.prospects.easel.ask("drawing the graphs …", self._look_ahead(scene))
 
     def _show_file(self) -> None:
-        """While it is looked at: its colours take a tenth of a second."""
+        """Update the file only while it is open: its colours take a tenth of a second."""
         if self._file.value:
             if not self._file.default_slot.children:
                 with self._file:
@@ -121,10 +121,10 @@ class DesignView:
             await self._answer.client.run_javascript("0", timeout=20.0)
             self._models = True
         models = await asyncio.to_thread(import_module, "seamap_rt.app.prospects")
-        name, kept = self.tab.pinned or ("", None)
+        name, pinned = self.tab.pinned or ("", None)
         try:
             found = await asyncio.to_thread(models.prospects, scene)
-            beside = await asyncio.to_thread(models.prospects, kept) if kept is not None else None
+            beside = await asyncio.to_thread(models.prospects, pinned) if pinned is not None else None
         except (ValueError, ArithmeticError, OSError) as error:
             self.prospects.refuse(f"No forecast of this design: {error}")
             return
@@ -150,49 +150,49 @@ class DesignView:
                 label="Load a scene (TOML), or a file that another needs beside it",
                 auto_upload=True,
                 max_file_size=_MOST_FILE,
-                on_upload=self._uploaded,
-                on_rejected=lambda: self._said.set_text("That file is too large: 32 MB at most."),
+                on_upload=self._take_upload,
+                on_rejected=lambda: self._status.set_text("That file is too large: 32 MB at most."),
             ).classes("w-full").props("flat bordered").mark("upload")
         self._toml = ui.code("", language="toml").classes("w-full text-xs").mark("toml")
 
     def _save(self) -> None:
-        name = f"{safe_name(str(self.tab.draft.written('name') or 'scene'))}.toml"
+        name = f"{safe_name(str(self.tab.draft.tree_value('name') or 'scene'))}.toml"
         ui.download.content(self.tab.draft.toml(), name)
 
-    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+    async def _take_upload(self, event: events.UploadEventArguments) -> None:
         """A scene becomes the draft; any other file is kept, and its path said, to be named in a field."""
         name = safe_name(event.file.name)
         if event.file.size() > (MOST_TOML if name.endswith(".toml") else _MOST_FILE):
-            self._said.set_text(f"{name}: is too large")
+            self._status.set_text(f"{name}: is too large")
             return
         content = await event.file.read()
         try:
             if name.endswith(".toml"):
-                self._take(Draft.of_toml(content, self.page.server.roots, name))
-                self._said.set_text(f"{name} is loaded.")
+                self._take_draft(Draft.of_toml(content, self.page.server.roots, name))
+                self._status.set_text(f"{name} is loaded.")
                 return
             path = await asyncio.to_thread(save_upload, self.page.server.roots, "beside", name, content)
-            self._said.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
+            self._status.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
         except (InputError, OSError) as refusal:
-            self._said.set_text(str(refusal))
+            self._status.set_text(str(refusal))
 
     # -------------------------------------------------------------------------------------------------- running
 
     def _run(self) -> None:
         draft, server = self.tab.draft, self.page.server
         if draft.scene is None:
-            self._said.set_text("This design does not stand yet: mend what is marked first.")
+            self._status.set_text("This design does not stand yet: mend what is marked first.")
             return
         from .prospects import run_seconds
 
         scene = draft.scene
         folder = server.free_folder(f"{scene.name}-{scene.seed}")
         words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
-        changes = ", ".join(f"{key} = {value}" for key, value in list(draft.changed.items())[:4])
+        changes = ", ".join(f"{key} = {value}" for key, value in list(draft.changes.items())[:4])
         title = (scene.title or scene.name) + (f" ({changes})" if changes else "")
         server.queue.add(title, folder, scene.to_toml(), words, run_seconds(scene))
         self.tab.run, self.tab.turn = folder, -1
-        self._said.set_text(f"Queued as {folder}.")
+        self._status.set_text(f"Queued as {folder}.")
         self.page.go("Runs")
 
 
@@ -201,10 +201,10 @@ COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better
 
 
 class ProspectsView:
-    """Tiles and graphs of the design at hand; made once, and filled anew with each change. said: for the answer."""
+    """Tiles and graphs of the design at hand; made once, and filled anew with each change. status: for the answer."""
 
-    def __init__(self, page: Page, said: ui.label, tiles: ui.column, graphs: ui.column) -> None:
-        self.page, self._said, self._places = page, said, (tiles, graphs)
+    def __init__(self, page: Page, status: ui.label, tiles: ui.column, graphs: ui.column) -> None:
+        self.page, self._status, self._places = page, status, (tiles, graphs)
         self._shown: dict[str, _Tile] = {}
         with tiles:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
@@ -215,8 +215,8 @@ class ProspectsView:
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
     def refuse(self, words: str) -> None:
-        """Nothing is known of a design: the last one's figures stay, pale."""
-        self._said.set_text(words)
+        """Say why nothing is known of a design; the last one's figures stay, pale."""
+        self._status.set_text(words)
         for each in self._places:
             each.classes(add="opacity-50")
 
@@ -224,7 +224,7 @@ class ProspectsView:
         """Fill all; beside: of the kept design, with its name."""
         for each in self._places:
             each.classes(remove="opacity-50")
-        self._said.set_text(_sentence(found, scene) + (f" Beside it, dashed: {name}." if beside else ""))
+        self._status.set_text(_sentence(found, scene) + (f" Beside it, dashed: {name}." if beside else ""))
         then = beside.values if beside else {}
         if set(self._shown) != {key for key, *_ in found.figures}:
             self._make_tiles(found)

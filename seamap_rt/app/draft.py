@@ -63,7 +63,7 @@ class ListSection:
 
 @cache
 def scene_schema() -> Schema:
-    """Of `Scene`."""
+    """The JSON schema of `Scene`."""
     return Scene.model_json_schema()
 
 
@@ -218,16 +218,16 @@ class Draft:
                 node = _entry(node, int(step)) if step.isdecimal() else getattr(node, step, None)
             if node is not None:
                 return node
-        return self.written(key)
+        return self.tree_value(key)
 
-    def written(self, key: str) -> Any:
-        """As the scene's tree has it; None where it leaves it out."""
+    def tree_value(self, key: str) -> Any:
+        """The value that the scene's tree has for a key; None where it leaves the key out."""
         return _node_at(self.tree, key)
 
     @property
-    def changed(self) -> dict[str, Any]:
+    def changes(self) -> dict[str, Any]:
         """Keys that differ from where the scene began, with their new values; None for one that was taken out."""
-        now, then = dict(flat(self.tree)), dict(flat(self._base))
+        now, then = dict(flatten(self.tree)), dict(flatten(self._base))
         return {key: now.get(key) for key in {**now, **then} if now.get(key) != then.get(key)}
 
     # ------------------------------------------------------------------------------------------------- editing
@@ -241,7 +241,7 @@ class Draft:
             node.pop(leaf, None)
         else:
             node[leaf] = value
-        self._take(tree)
+        self._take_tree(tree)
 
     def add(self, path: str, tag: str = "", kind: str = "") -> None:
         """Add a table to a list of tables, with what each must have."""
@@ -252,14 +252,14 @@ class Draft:
         if "name" in entry:
             entry["name"] = f"{entry['name']}{len(entries) + 1}"
         entries.append(entry)
-        self._take(tree)
+        self._take_tree(tree)
 
     def remove(self, path: str) -> None:
         """Take an entry out of a list of tables."""
         tree = copy.deepcopy(self.tree)
         above, index = path.rsplit(".", 1)
         del _node_at(tree, above)[int(index)]
-        self._take(tree)
+        self._take_tree(tree)
 
     def kind(self, path: str, tag: str, kind: str) -> None:
         """Make an entry another of several kinds: it keeps the keys that both have."""
@@ -276,7 +276,7 @@ class Draft:
             if kind == "elfouhaily":
                 entry["wind_speed_m_s"] = 8.0
         entry.update(kept)
-        self._take(tree)
+        self._take_tree(tree)
 
     def undo(self) -> bool:
         """Take the last change back; whether there was one."""
@@ -286,7 +286,7 @@ class Draft:
         self._check()
         return True
 
-    def _take(self, tree: Tree) -> None:
+    def _take_tree(self, tree: Tree) -> None:
         if tree != self.tree:
             self._before = [*self._before[-_MOST_UNDO:], self.tree]
             self.tree = tree
@@ -314,10 +314,10 @@ class Draft:
     def command(self) -> str:
         """The line that runs the same scene in a shell: a shipped one with its changes, else a saved file."""
         lists, then = ([part.path for part in parts_of(tree) if part.many] for tree in (self.tree, self._base))
-        gone = any(value is None for value in self.changed.values())
+        gone = any(value is None for value in self.changes.values())
         if self.name not in list_shipped() or gone or lists != then:  # `--set` adds no entry, and takes nothing out
             return "seamap-rt run scene.toml"
-        settings = [f"--set {shlex.quote(f'{key}={_set_value(value)}')}" for key, value in self.changed.items()]
+        settings = [f"--set {shlex.quote(f'{key}={_set_value(value)}')}" for key, value in self.changes.items()]
         return " ".join(["seamap-rt run", self.name, *settings])
 
 
@@ -360,15 +360,15 @@ def _entry(node: Any, index: int) -> Any:
     return node[index] if isinstance(node, list | tuple) and index < len(node) else None
 
 
-def flat(tree: Any, key: str = "") -> list[tuple[str, Any]]:
+def flatten(tree: Any, key: str = "") -> list[tuple[str, Any]]:
     if isinstance(tree, Mapping):
-        return [pair for name, value in tree.items() for pair in flat(value, f"{key}.{name}" if key else str(name))]
+        return [pair for name, value in tree.items() for pair in flatten(value, f"{key}.{name}" if key else str(name))]
     if isinstance(tree, list) and any(isinstance(each, Mapping) for each in tree):
-        return [pair for index, value in enumerate(tree) for pair in flat(value, f"{key}.{index}")]
+        return [pair for index, value in enumerate(tree) for pair in flatten(value, f"{key}.{index}")]
     return [(key, tree)]
 
 
 def _set_value(value: Any) -> str:
-    """As `--set` reads it: text that is a plain word needs no quotes."""
+    """A value as `--set` reads it: text that is a plain word needs no quotes."""
     word = isinstance(value, str) and _WORD.fullmatch(value) and value not in ("true", "false", "inf", "nan")
     return str(value) if word else toml_value(value)

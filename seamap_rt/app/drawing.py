@@ -89,7 +89,7 @@ def _call(packed: bytes) -> Any:
 
 
 def _begin() -> None:
-    """In a process that draws: Ctrl-C is for the page, and the process ends with the page, however that ends."""
+    """Prepare a process that draws: it ignores Ctrl-C, and ends with the page, however that ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     page = multiprocessing.parent_process()
     assert page is not None
@@ -114,16 +114,16 @@ QUIET_CONFIG: Figure = {"displayModeBar": False, "responsive": True}
 
 
 def ink(dark: bool) -> str:
-    """Of text and main lines."""
+    """The colour of text and main lines."""
     return "#e8eaed" if dark else "#1b1f23"
 
 
-def faint(dark: bool) -> str:
-    """Of grids."""
+def grid_colour(dark: bool) -> str:
+    """The colour of grids."""
     return "#3a424b" if dark else "#dfe3e7"
 
 
-def plain(values: ArrayLike, digits: int = 5) -> list[Any]:
+def json_numbers(values: ArrayLike, digits: int = 5) -> list[Any]:
     """Numbers as JSON has them: what is not finite is null."""
     return [float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in np.asarray(values, np.float64)]
 
@@ -136,7 +136,7 @@ def text(words: str) -> str:
 def line(x: ArrayLike, y: ArrayLike, name: str, colour: str) -> Figure:
     """A curve."""
     return {
-        "type": "scatter", "mode": "lines", "x": plain(x), "y": plain(y), "name": text(name),
+        "type": "scatter", "mode": "lines", "x": json_numbers(x), "y": json_numbers(y), "name": text(name),
         "line": {"color": colour, "width": 2},
     }  # fmt: skip
 
@@ -147,8 +147,8 @@ def band(x: ArrayLike, low: ArrayLike, high: ArrayLike, name: str, colour: str) 
     outline_x: list[Any] = []
     outline_y: list[Any] = []
     for a, b in pieces(np.isfinite(below) & np.isfinite(above)):
-        outline_x += [*plain(along[a:b]), *plain(along[a:b][::-1]), None]
-        outline_y += [*plain(below[a:b]), *plain(above[a:b][::-1]), None]
+        outline_x += [*json_numbers(along[a:b]), *json_numbers(along[a:b][::-1]), None]
+        outline_y += [*json_numbers(below[a:b]), *json_numbers(above[a:b][::-1]), None]
     return {
         "type": "scatter", "mode": "lines", "x": outline_x, "y": outline_y, "fill": "toself", "hoverinfo": "skip",
         "fillcolor": colors.to_hex((*colors.to_rgb(colour), 0.2), keep_alpha=True), "line": {"width": 0},
@@ -166,8 +166,8 @@ def axis(title: str, dark: bool, **more: Any) -> Figure:
     """One axis."""
     return {
         "title": {"text": text(title), "standoff": 6},
-        "gridcolor": faint(dark),
-        "zerolinecolor": faint(dark),
+        "gridcolor": grid_colour(dark),
+        "zerolinecolor": grid_colour(dark),
         "linecolor": ink(dark),
         "ticks": "outside",
         "ticklen": 3,
@@ -201,7 +201,7 @@ def layout(dark: bool, title: str = "", height: int = 260, **more: Any) -> Figur
 
 
 def empty_figure(dark: bool) -> Figure:
-    """Before anything is drawn."""
+    """The figure that stands before anything is drawn."""
     return figure([], layout(dark, xaxis={"visible": False}, yaxis={"visible": False}), CONFIG)
 
 
@@ -225,7 +225,7 @@ class Scale:
     words: str
 
     def stops(self, count: int = 33) -> list[list[float | str]]:
-        """Of the same colours, as Plotly takes a colour scale."""
+        """The scale's colours, as Plotly takes a colour scale."""
         palette = mpl.colormaps[self.colours](np.linspace(0.0, 1.0, count))
         return [[i / (count - 1), colors.to_hex(colour)] for i, colour in enumerate(palette)]
 
@@ -283,7 +283,7 @@ class Raster:
 
 
 def ground_raster(x: Array, y: Array, seen: NDArray[np.bool_]) -> Raster:
-    """Of a ground map; seen (row, column): cells that have ever had a value. Cropped to them."""
+    """The raster of a ground map. seen (row, column): cells that have ever had a value. Cropped to them."""
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     if not rows.size:
         rows, columns = np.arange(y.size), np.arange(x.size)
@@ -293,7 +293,7 @@ def ground_raster(x: Array, y: Array, seen: NDArray[np.bool_]) -> Raster:
 
 
 def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
-    """Of a polar map, seen from above."""
+    """The raster of a polar map, seen from above."""
     ground = ground_range(slant_m, height_m)
     order, borders = reduce.look_edges(azimuth_deg, 1.0)
     far, near = float(ground[-1]), float(ground[0])
@@ -324,7 +324,7 @@ class Panel:
 
     @property
     def unit(self) -> str:
-        """In brackets in the scale's words."""
+        """The unit, which stands in brackets in the scale's words."""
         words = self.scale.words
         return words.rsplit("(", 1)[-1].rstrip(")") if "(" in words else ""
 

@@ -17,7 +17,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from ..errors import InputError
 from ..io.opening import LONG, check_file, read_json
-from ..io.reading import is_there
+from ..io.reading import results_exist
 from ..io.scenefile import read_toml
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def kind_of(folder: Path, files: set[str] | None = None) -> str | None:
     """What wrote a folder; None for one that holds no results."""
     there = files if files is not None else {path.name for path in folder.iterdir()}
     for kind, products in KINDS.items():
-        if all(product in there or is_there(folder / product) for product in products):
+        if all(product in there or results_exist(folder / product) for product in products):
             return kind
     return None
 
@@ -224,7 +224,7 @@ def give_files(app: FastAPI, server: ServerState) -> None:
 
 
 def address(run: str, name: str) -> str:
-    """Of a product of a run, by the run's name."""
+    """The address of a product of a run, by the run's name."""
     return f"/files/{quote(run)}/{name}"
 
 

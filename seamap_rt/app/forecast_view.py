@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
-from ..io.reading import is_there, read_whole_turns
+from ..io.reading import read_whole_turns, results_exist
 from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
 from ..settings import QuietSettings
@@ -33,9 +33,9 @@ _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 
 
 def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | None:
-    """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
+    """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as requested."""
     path = folder / "prediction.nc"
-    if not is_there(path):
+    if not results_exist(path):
         return None
 
     def read(file: Any) -> tuple[int, NDArray[Any], dict[str, NDArray[Any]]] | None:
@@ -67,7 +67,7 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> BoatForecast | 
 
 
 def _limits_in_words(quiet: QuietSettings) -> str:
-    """Those that are asked for, as in "water height below 0.5 m"."""
+    """The requested limits, as in "water height below 0.5 m"."""
     limits = []
     for name in ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg"):
         words, value = words_of(f"prediction.quiet.{name}"), getattr(quiet, name)
@@ -86,7 +86,7 @@ class ForecastView(NamedTuple):
 
 
 def view_forecast(
-    folder: Path, number: int, quiet: QuietSettings, came: Verification | None, lead: int, dark: bool
+    folder: Path, number: int, quiet: QuietSettings, verification: Verification | None, lead: int, dark: bool
 ) -> ForecastView | None:
     """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
 
@@ -95,17 +95,17 @@ def view_forecast(
     ahead = read_ahead(folder, number, quiet)
     if ahead is None:
         return None
-    if came is None:
-        return ForecastView(_words(ahead), draw_images([ahead_picture(ahead)], dark))
-    at, verified = came.issue_before(ahead.issue), came.verified
-    beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
+    if verification is None:
+        return ForecastView(_forecast_in_words(ahead), draw_images([ahead_picture(ahead)], dark))
+    at, verified = verification.issue_before(ahead.issue), verification.verified
+    beside = () if at is None else (verified.truth[at, :, 0], verification.quiet_windows(at))
     past = [verified_picture(verified, float(verified.forecasts["lead"][lead]), at)]
-    words = _in_words(came, lead)
-    if came.windows is not None:
-        past.append(window_picture(came.windows, came.scores["confidence"]))
-        words += f" {_windows_in_words(came.scores)}"
+    words = _errors_in_words(verification, lead)
+    if verification.windows is not None:
+        past.append(window_picture(verification.windows, verification.scores["confidence"]))
+        words += f" {_windows_in_words(verification.scores)}"
     return ForecastView(
-        _words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
+        _forecast_in_words(ahead), draw_images([ahead_picture(ahead, *beside)], dark), words, draw_images(past, dark)
     )
 
 
@@ -118,7 +118,7 @@ class ForecastPanel:
         self._ahead = Images()
         with ui.column().classes("w-full min-w-0 gap-2") as self._past:
             ui.label("How past forecasts came out").classes("text-base font-bold")
-            self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
+            self._status = ui.label().classes("text-sm").props("role=status").mark("verified-words")
             with ui.column().classes("w-full min-w-0 gap-2") as self._body:
                 self._lead = choice("Forecast so long before", "verified-lead", view.redraw)
                 self._images = Images()
@@ -128,28 +128,28 @@ class ForecastPanel:
         """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
         folder, number = source.results.folder, source.results.turns()[turn]
-        came = self.view.page.server.verifications.find_finished(folder)
-        if not await self._show(folder, number, quiet, came) or came is not None:
+        verification = self.view.page.server.verifications.find_finished(folder)
+        if not await self._show(folder, number, quiet, verification) or verification is not None:
             return
         self.view.easel.ready()  # what came may take long
-        came = await self._ask(source)
-        if came is not None:
-            await self._show(folder, number, quiet, came)
+        verification = await self._fetch_verification(source)
+        if verification is not None:
+            await self._show(folder, number, quiet, verification)
 
     async def show_issue(self, folder: Path, number: int) -> None:
-        """Of a folder that has no maps, and so nothing that came."""
+        """Show a forecast of a folder that has no maps: what came is not known."""
         await self._show(folder, number, QuietSettings(), None)
         self._past.set_visibility(False)
 
-    async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Verification | None) -> bool:
-        """Whether there is a forecast."""
-        if came is not None and self._lead.value is None:
-            leads = came.verified.forecasts["lead"].values
+    async def _show(self, folder: Path, number: int, quiet: QuietSettings, verification: Verification | None) -> bool:
+        """Draw the forecast; whether there is one."""
+        if verification is not None and self._lead.value is None:
+            leads = verification.verified.forecasts["lead"].values
             whole = [i for i, lead in enumerate(leads) if float(lead).is_integer()] or range(leads.size)
             first = min(whole, key=lambda i: abs(leads[i] - _LEAD_S))
             self._lead.set_options({i: f"{leads[i]:g} s before" for i in whole}, value=first)
         lead = int(self._lead.value or 0)
-        shown = await drawing.slow(view_forecast, folder, number, quiet, came, lead, self.view.page.dark)
+        shown = await drawing.slow(view_forecast, folder, number, quiet, verification, lead, self.view.page.dark)
         self._past.set_visibility(shown is not None)
         if shown is None:
             self._words.set_text(
@@ -159,28 +159,28 @@ class ForecastPanel:
             return False
         self._words.set_text(shown.words)
         self._ahead.show(shown.ahead)
-        self._body.set_visibility(came is not None)
-        if came is not None:
-            self._said.set_text(shown.past_words)
+        self._body.set_visibility(verification is not None)
+        if verification is not None:
+            self._status.set_text(shown.past_words)
             self._images.show(shown.past)
         return True
 
-    async def _ask(self, source: Source) -> Verification | None:
-        """What came of a run, drawn again in a process of its own, once; None where nobody knows."""
+    async def _fetch_verification(self, source: Source) -> Verification | None:
+        """Verify a run's forecasts once, in a process of its own; None where the true sea is not known."""
         if source.results.growing:
-            self._said.set_text("Past forecasts are held against the sea that came when the run has ended.")
+            self._status.set_text("Past forecasts are held against the sea that came when the run has ended.")
         elif source.scene is None:
-            self._said.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
+            self._status.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
         else:
-            self._said.set_text("Drawing the sea that came …")
+            self._status.set_text("Drawing the sea that came …")
             try:
                 return await self.view.page.server.verifications.ask(source.results.folder)
             except (InputError, OSError) as refusal:
-                self._said.set_text(f"What came is not known: {refusal}")
+                self._status.set_text(f"What came is not known: {refusal}")
         return None
 
 
-def _words(ahead: BoatForecast) -> str:
+def _forecast_in_words(ahead: BoatForecast) -> str:
     at = ahead.highest
     wide = 1.96 * ahead.std_m[at]
     crest = (
@@ -198,12 +198,12 @@ def _words(ahead: BoatForecast) -> str:
     return f"{window}. {crest}"
 
 
-def _in_words(came: Verification, lead: int) -> str:
+def _errors_in_words(verification: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
-    forecasts, errors = came.verified.forecasts, errors_by_lead(came.verified)
+    forecasts, errors = verification.verified.forecasts, errors_by_lead(verification.verified)
     judged = warm(forecasts)
     mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
-    error = mean - came.verified.truth[judged, lead, 0]
+    error = mean - verification.verified.truth[judged, lead, 0]
     words = (
         f"Of {int(judged.sum())} forecasts, {float(forecasts['lead'][lead]):g} s ahead: error "
         f"{written(float(np.sqrt(np.mean(error**2))), 2)} m rms ({errors['found'][lead]:.2f} of the sea's standard "
@@ -214,7 +214,7 @@ def _in_words(came: Verification, lead: int) -> str:
 
 
 def _windows_in_words(scores: dict[str, Any]) -> str:
-    """What was called, and what came of it."""
+    """How many quiet windows were called, and how many of them were quiet."""
     words = f"Of {scores['windows']} windows {scores['quiet_share']:.0%} were quiet. "
     if scores["right"] is None:
         return f"{words}None was called: none was {scores['confidence']:.0%} sure."
@@ -236,9 +236,9 @@ class IssuesPanel:
         self._panel = ForecastPanel(view)
 
     async def show_folder(self, folder: Path) -> None:
-        """Of a folder. OSError, KeyError where it holds no forecasts."""
+        """Show the forecasts of a folder. OSError, KeyError where it holds none."""
         self._folder = folder
-        self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _issues)
+        self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _read_issues)
         count_on(self._slider, len(self._issues))
         self._slider.value = len(self._issues)
         await self._show()
@@ -252,5 +252,5 @@ class IssuesPanel:
             await self._panel.show_issue(self._folder, self._issues[at])
 
 
-def _issues(file: Any) -> list[int]:
+def _read_issues(file: Any) -> list[int]:
     return [int(each) for each in np.asarray(file["issue"][:])]

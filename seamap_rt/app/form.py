@@ -52,7 +52,7 @@ class Form:
         with self._body:
             for part in parts_of(self.draft.tree):
                 self._section(part)
-            self._adding()
+            self._make_add_buttons()
         self.refresh()
 
     def _section(self, part: Part) -> None:
@@ -67,16 +67,16 @@ class Form:
             body = ui.column().classes("w-full gap-2 pb-2")
         expansion.mark(f"section-{part.path or 'run'}")
 
-        def toggled(is_open: bool) -> None:
+        def toggle(is_open: bool) -> None:
             (self._open.add if is_open else self._open.discard)(part.path)
             if is_open and not body.default_slot.children:
                 with body:
                     self._fill(part, shown)
                 self.refresh()
 
-        expansion.on_value_change(lambda e: toggled(e.value))
+        expansion.on_value_change(lambda e: toggle(e.value))
         if part.path in self._open:
-            toggled(True)
+            toggle(True)
 
     def _fill(self, part: Part, shown: list[Field]) -> None:
         wanted = _FIRST.get(".".join(name for name in part.path.split(".") if not name.isdigit()), "").split()
@@ -100,16 +100,16 @@ class Form:
         """An entry of a list, when it is asked for twice."""
 
         def confirm() -> None:
-            asked.close()
+            dialog.close()
             self._restructure(self.draft.remove, part.path)
 
-        with ui.dialog(value=True) as asked, ui.card():
+        with ui.dialog(value=True) as dialog, ui.card():
             ui.label(f"Delete {part.label} from the design? Undo brings it back.")
             with ui.row():
                 ui.button("Delete it", icon="delete", on_click=confirm).props("no-caps")
-                ui.button("Keep it", on_click=asked.close).props("flat no-caps")
+                ui.button("Keep it", on_click=dialog.close).props("flat no-caps")
 
-    def _adding(self) -> None:
+    def _make_add_buttons(self) -> None:
         with ui.row().classes("gap-2 pt-2"):
             for each in list_sections():
                 kind = "jonswap" if "jonswap" in each.kinds else ""
@@ -144,13 +144,13 @@ class Form:
             element.props("dense outlined hide-bottom-space debounce=120 spellcheck=false autocomplete=off stack-label")
             if field.kind == "number":
                 element.props("inputmode=decimal")
-        element.on(f"update:{element.VALUE_PROP}", partial(self._edited, field, element), [])
+        element.on(f"update:{element.VALUE_PROP}", partial(self._take_edit, field, element), [])
         kind = kind_of_field(field.key)
         if kind is not None:
 
             def take_upload(path: Path) -> None:
                 element.value = str(path)
-                self._edited(field, element)
+                self._take_edit(field, element)
 
             def show_error(line: str) -> None:
                 element.error = line or None
@@ -164,7 +164,7 @@ class Form:
         element.on("focusin", lambda: self._help.set_text(field.help))
         self._fields[field.key] = (field, element)
 
-    def _edited(self, field: Field, element: Any) -> None:
+    def _take_edit(self, field: Field, element: Any) -> None:
         """What a person has typed or chosen."""
         value, leaf = element.value, field.key.rsplit(".", 1)[-1]
         if field.kind in ("number", "list"):
@@ -185,7 +185,7 @@ class Form:
 
     def refresh(self, origin: str = "") -> None:
         """Values, refusals and marks of all fields that are there; the origin's value stays as it was typed."""
-        changed, refused = self.draft.changed, dict(self.draft.refused)
+        changed, refused = self.draft.changes, dict(self.draft.refused)
         for key, (field, element) in self._fields.items():
             if key != origin:
                 self._fill_value(field, element)
@@ -198,7 +198,7 @@ class Form:
         self._elsewhere.set_visibility(bool(refused))
 
     def _fill_value(self, field: Field, element: Any) -> None:
-        written = self.draft.written(field.key)
+        written = self.draft.tree_value(field.key)
         value = written if written is not None else (None if field.optional else self.draft.value(field.key))
         if field.kind == "switch":
             element.value = bool(value)

@@ -70,7 +70,7 @@ class Job:
     crowd: float = 1.0  # how many wanted each core when it ended, this job's own threads among them
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         return self.state not in ("queued", "running")
 
 
@@ -125,7 +125,7 @@ class Queue:
         many want each core now and wanted it then; None where none was done."""
         done = [job for job in self.jobs() if job.state == "done" and job.words[0] == kind and job.guess_s > 0.0]
         took = [(job.ended - job.started) / (job.guess_s * job.crowd) for job in done[:_MEASURED]]
-        return float(np.median(took)) * _crowd() if took else None
+        return float(np.median(took)) * _load_per_core() if took else None
 
     # ------------------------------------------------------------------------------------------------ stopping
 
@@ -133,7 +133,7 @@ class Queue:
         """End a job: a queued one is not begun; a running one keeps its whole turns. Asked again, it is killed."""
         with self._change:
             job = self._jobs.get(name)
-            if job is None or job.over:
+            if job is None or job.is_over:
                 return
             if job.state == "queued":
                 job.state, job.reason, job.ended = "cancelled", _NOT_BEGUN, time.time()
@@ -153,7 +153,7 @@ class Queue:
         """Take a job that is over off the list; what it wrote stays."""
         with self._change:
             job = self._jobs.get(name)
-            if job is not None and job.over:
+            if job is not None and job.is_over:
                 del self._jobs[name]
                 for ending in ("json", "toml", "progress", "errors"):
                     self._file(name, ending).unlink(missing_ok=True)
@@ -175,7 +175,7 @@ class Queue:
             with self._change:
                 if self._closing and not self._processes:
                     return
-                waiting = [job for job in self._jobs.values() if not job.over]
+                waiting = [job for job in self._jobs.values() if not job.is_over]
                 if not waiting:
                     self._change.wait()
                     continue
@@ -217,12 +217,12 @@ class Queue:
                 if self._closing:
                     return
                 time.sleep(_POLL_S)
-        if job.over:
+        if job.is_over:
             return
         state, reason = self._ending(job, code)
         with self._change:
             self._processes.pop(job.name, None)
-            job.state, job.reason, job.ended, job.crowd = state, reason, time.time(), _crowd()
+            job.state, job.reason, job.ended, job.crowd = state, reason, time.time(), _load_per_core()
             self._note(job)
 
     def _owns_process(self, job: Job) -> bool:
@@ -243,15 +243,15 @@ class Queue:
         if code == 130:
             return "cancelled", last
         if job.reason and code in (-signal.SIGTERM, -signal.SIGINT):  # stopped before it could answer
-            return "cancelled", self._saved(job) if (self._runs / job.folder).exists() else _NOT_BEGUN
+            return "cancelled", self._save_whole_part(job) if (self._runs / job.folder).exists() else _NOT_BEGUN
         if code is None or code < 0:
             what = f"killed by {signal.Signals(-code).name if code is not None else 'the system'}"
             if code in (-signal.SIGKILL, -signal.SIGABRT) and job.reason == "":
                 what += " (that happens where memory runs out)"
-            return "failed", f"{what}; {self._saved(job)}"
+            return "failed", f"{what}; {self._save_whole_part(job)}"
         return "failed", last or f"ended with exit code {code}"
 
-    def _saved(self, job: Job) -> str:
+    def _save_whole_part(self, job: Job) -> str:
         """Put the whole part of a killed run under its own name."""
         from ..io.recovery import recover  # takes half a second
 
@@ -290,7 +290,7 @@ class Queue:
             self._jobs[job.name] = job
 
 
-def _crowd() -> float:
+def _load_per_core() -> float:
     """How many want each core, in the mean of the last minute; 1 where none need wait."""
     return max(1.0, os.getloadavg()[0] / len(cores()))
 
@@ -304,8 +304,8 @@ def _last_line(path: Path) -> str:
             lines = file.read(_LAST).decode("utf-8", "replace").split("\n")
     except (OSError, InputError):
         return ""
-    said = [line.strip() for line in lines if line.strip()]
-    return one_line(said[-1]).removeprefix("seamap-rt: ") if said else ""
+    words = [line.strip() for line in lines if line.strip()]
+    return one_line(words[-1]).removeprefix("seamap-rt: ") if words else ""
 
 
 @dataclass(frozen=True)
@@ -320,7 +320,7 @@ class Progress:
 
 
 def read_progress(path: Path, job: Job, now: float | None = None, pace: float | None = 1.0) -> Progress:
-    """Of a job, from the file of its progress. pace: of this machine over the guesses'; None where nobody knows."""
+    """How far a job is, by its progress file. pace: of this machine over the guesses'; None where nobody knows."""
     if job.state == "queued":
         return Progress("waits", 0.0, 0, 0, None)
     now = time.time() if now is None else now
@@ -333,11 +333,11 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
             of = int(turn[2])
     whole, starts = max(0, len(begun) - 1), [begun[number] for number in sorted(begun)]
     share = 0.05 + 0.9 * whole / max(of, 1)
-    if job.over:
+    if job.is_over:
         return Progress(job.reason or "done", 1.0, of if job.state == "done" else whole, of, 0.0)
     if not lines:
         return Progress("starting", 0.0, 0, 0, guess)
-    said, line = lines[-1]
+    began, line = lines[-1]
     if points := _POINTS.match(line):
         done, of = int(points[1]), int(points[2])
         left = (now - job.started) / done * (of - done) if done else None
@@ -349,7 +349,7 @@ def read_progress(path: Path, job: Job, now: float | None = None, pace: float | 
     if not starts:
         return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing
-        return Progress(line, 0.97, of, of, None if pace is None else max(0.0, _AFTER_S * pace - (now - said)))
+        return Progress(line, 0.97, of, of, None if pace is None else max(0.0, _AFTER_S * pace - (now - began)))
     if not whole:
         return Progress(line, share, 0, of, None if guess is None else max(0.0, guess - (now - job.started)) or None)
     warm = starts[1:] if whole > 1 else starts  # the first turn compiles and builds

@@ -34,7 +34,7 @@ class MapsPanel:
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
         self.plot.on("plotly_click", self._click, args=["points"])
-        self.plot.on("plotly_afterplot", self._on_drawn, args=[], throttle=5.0)
+        self.plot.on("plotly_afterplot", self._note_drawn, args=[], throttle=5.0)
 
     def show(self, shown: MapPanels, line: Any = None) -> None:
         """New panels. line: from where to where one is drawn on each, as pairs of east and north [m]."""
@@ -52,7 +52,7 @@ class MapsPanel:
         else:
             self.plot.update()
 
-    def _on_drawn(self) -> None:
+    def _note_drawn(self) -> None:
         self._drawn = True
 
     def _hover(self, event: events.GenericEventArguments) -> None:

@@ -65,16 +65,16 @@ class ServerState:
     def is_awaited(self, folder: str) -> bool:
         """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
         job, path = self.queue.job_of_folder(folder), self.roots.runs / folder
-        return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
+        return (job is not None and not job.is_over) or (path.is_dir() and kind_of(path) is not None)
 
     def free_folder(self, wanted: str) -> str:
         """A name for results that no folder and no job has: the wanted one, or with a number."""
-        taken = {job.folder for job in self.queue.jobs() if not job.over}
+        taken = {job.folder for job in self.queue.jobs() if not job.is_over}
         names = (wanted if number == 1 else f"{wanted}-{number}" for number in count(1))
         return next(name for name in names if name not in taken and not (self.roots.runs / name).exists())
 
     def tab(self, name: str) -> Tab:
-        """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""
+        """The state of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""
         from .draft import Draft
 
         tab = self._tabs.pop(name, None) or Tab(Draft.shipped("choppy_sea", self.roots))
@@ -85,7 +85,7 @@ class ServerState:
 
 
 def load(module: str) -> None:
-    """In a process that draws: a module itself cannot be handed back."""
+    """Import a module in a process that draws, which cannot hand the module itself back."""
     import_module(module)
 
 
@@ -290,7 +290,7 @@ class Images:
         self._shown: dict[str, tuple[ui.label, ui.element, ui.label]] = {}
 
     def show(self, images: Iterable[Image]) -> None:
-        """These and no others."""
+        """Show these images and no others."""
         images = list(images)
         if [each.name for each in images] != list(self._shown):
             self._place.clear()
@@ -327,7 +327,7 @@ class Canvas:
         return self._task is not None and not self._task.done()
 
     def drop(self, words: str) -> None:
-        """Nothing that is there, or comes, is asked for any more."""
+        """Drop the drawing that is shown, and the one that is on its way."""
         if self._task is not None:
             self._task.cancel()
         self._task = None

@@ -52,7 +52,7 @@ class Section:
 
     @classmethod
     def of(cls, source: Source, azimuth_deg: float, index: int) -> Section:
-        """Of a turn, the look that is nearest to an azimuth."""
+        """The section of a turn along the look that is nearest to an azimuth."""
         results, ground = source.results, source.ground_m
         look = int(np.argmin(np.abs(wrap_degrees(source.layout.azimuth - azimuth_deg))))
 
@@ -73,7 +73,7 @@ class Section:
         )
 
     def shadows(self) -> list[tuple[float, float]]:
-        """From where to where less than half is in sight."""
+        """Ground ranges between which less than half is in sight."""
         borders = reduce.edges(self.ground_m)
         dark = np.nan_to_num(self.visible, nan=1.0) < 0.5
         return [(float(borders[begin]), float(borders[end])) for begin, end in drawing.pieces(dark)]
@@ -163,16 +163,16 @@ class FiguresPanel:
     def __init__(self, view: SeeView, draw: Callable[..., Content], label: str = "") -> None:
         self._view, self._draw = view, draw
         self._folder: Path | None = None
-        self._said = ui.label().props("role=status").mark("view-words")
-        self._choice = choice(label, "view-choice", self._chosen)
+        self._status = ui.label().props("role=status").mark("view-words")
+        self._choice = choice(label, "view-choice", self._redraw)
         self._choice.set_visibility(False)
         self._images = Images(columns=True)
         self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4")
 
     async def show(self, *of: Any) -> None:
-        """Of a source's turn or of a folder. OSError, KeyError where it holds none."""
+        """Show the figures of a source's turn, or of a folder. OSError, KeyError where it holds none."""
         drawn = await drawing.slow(self._draw, *of, self._choice.value, self._view.page.dark)
-        self._said.set_text(drawn.words)
+        self._status.set_text(drawn.words)
         self._choice.set_options(dict(drawn.choices), value=drawn.chosen)
         self._choice.set_visibility(bool(drawn.choices))
         self._images.show(drawn.images)
@@ -186,7 +186,7 @@ class FiguresPanel:
         self._folder = folder
         await self.show(folder)
 
-    def _chosen(self) -> None:
+    def _redraw(self) -> None:
         if self._folder is None:
             self._view.redraw()
         else:
@@ -197,7 +197,7 @@ def _rms(values: Array) -> Any:
     return np.sqrt(np.nanmean(np.square(values)))
 
 
-def _robust(error: Array) -> Any:
+def _robust_spread(error: Array) -> Any:
     """1.4826 × the median absolute deviation, of what is known."""
     return reduce.MAD_TO_STD * np.nanmedian(np.abs(error - np.nanmedian(error)))
 
@@ -215,7 +215,7 @@ def errors_by_range(source: Source, index: int) -> curves.ByRange:
         error = retrieved - field("truth/polar/height", index)
         flags = field("maps/polar/quality", index) if results.has_maps else np.zeros(blank.shape)
         counted = counts(error, flags, visible)
-        if results.has("maps/polar/slope_range_std"):
+        if results.has_field("maps/polar/slope_range_std"):
             slope = field("maps/polar/slope_range", index) - field("truth/polar/slope_range", index)
             slope_stated = field("maps/polar/slope_range_std", index)
     error, stated, slope, slope_stated = (
@@ -224,20 +224,20 @@ def errors_by_range(source: Source, index: int) -> curves.ByRange:
     edges = np.arange(0.0, source.ground_m[-1] + _BIN_M, _BIN_M)
     place = np.searchsorted(edges, source.ground_m, side="right") - 1
 
-    def binned(values: NDArray[Any], of: Callable[[Array], Any] = np.nanmean) -> Array:
+    def bin_values(values: NDArray[Any], of: Callable[[Array], Any] = np.nanmean) -> Array:
         held = [values[:, place == bin_] for bin_ in range(edges.size - 1)]
         return np.array([of(each) if np.isfinite(each).sum() >= _FEWEST else np.nan for each in held])
 
     return curves.ByRange(
         0.5 * (edges[1:] + edges[:-1]),
-        binned(error, _rms),
-        binned(error, _robust),
-        binned(error),
-        binned(stated, np.nanmedian),
-        binned(slope, _rms),
-        binned(slope_stated, np.nanmedian),
-        binned(visible),
-        binned(1.0 * np.isfinite(retrieved)),
+        bin_values(error, _rms),
+        bin_values(error, _robust_spread),
+        bin_values(error),
+        bin_values(stated, np.nanmedian),
+        bin_values(slope, _rms),
+        bin_values(slope_stated, np.nanmedian),
+        bin_values(visible),
+        bin_values(1.0 * np.isfinite(retrieved)),
     )
 
 
@@ -248,7 +248,7 @@ def view_by_range(source: Source, turn: int, _: None, dark: bool) -> Content:
 
 
 def range_pictures(by_range: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
-    """Of one run, beside what its design was likely to do, or of several by name."""
+    """Errors and shares of one run, beside what its design was likely to do, or of several runs by name."""
     floors, laws = [], []
     if law is not None:
         if law.ahead is not None:
@@ -307,7 +307,7 @@ def turn_png(source: Source, index: int) -> bytes | None:
 
 
 def read_shadowing(folder: Path) -> xr.Dataset:
-    """Of a finished study. OSError where there is none."""
+    """The dataset of a finished study. OSError where there is none."""
     path = folder / "shadowing.nc"
     with open_dataset(path) as opened:
         return load(opened, path.name, path)
@@ -324,10 +324,10 @@ def view_shadowing(folder: Path, chosen: str | None, dark: bool) -> Content:
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return Content(in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
+    return Content(shadowing_in_words(data, look), draw_images([picture], dark), choices=LOOK_WORDS, chosen=look)
 
 
-def in_words(data: xr.Dataset, look: str) -> str:
+def shadowing_in_words(data: xr.Dataset, look: str) -> str:
     """Where half of the sea is hidden, mast by mast."""
     parts = []
     for height in data["height"].values:

@@ -87,7 +87,7 @@ class Prospects:
 
 
 def prospects(scene: Scene) -> Prospects:
-    """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
+    """The prospects of a valid scene: in some tens of ms, at first in seconds. Safe in threads; the last ones stay."""
     with _LOCK:
         return _kept(scene)  # type: ignore[arg-type]  # frozen, and so hashable
 
@@ -139,7 +139,7 @@ def _sea_figures(scene: Scene, waves: ResolvedWaves | None) -> Figures:
 
 def _radar_figures(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
     radar, far = scene.radar, scene.radar.range_m[1]
-    yield "snr_reach", "One pulse's echo over noise to", _furthest(slant, snr), "m", 0, 1
+    yield "snr_reach", "One pulse's echo over noise to", _furthest_range(slant, snr), "m", 0, 1
     for at in (100.0, 200.0):
         if radar.height_m < at <= far:
             across, error = float(link.footprint_m(radar, at)), float(np.interp(at, slant, noise))
@@ -157,7 +157,7 @@ def run_seconds(scene: Scene) -> float:
     return _SECONDS_A_RUN + scene.turns * (0.05 + _SECONDS_A_FACET * scene.detail.facets)
 
 
-def _furthest(slant: Array, snr: Array) -> float:
+def _furthest_range(slant: Array, snr: Array) -> float:
     """The last range of the window at which one pulse's echo stands over the noise; 0 where it nowhere does."""
     reach = link.furthest(slant, snr)
     return 0.0 if np.isnan(reach) else float(min(reach, slant[-1]))
@@ -187,7 +187,7 @@ _WIDE, _HIGH = 3.9, 1.75  # inches
 
 
 def design_images(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> list[Image]:
-    """Of a design; beside: of the kept one, dashed."""
+    """The graphs of a design. beside: prospects of the kept one, drawn dashed."""
     pictures = [
         Picture(name, title, f"{title}, as a graph.", "", lambda graph=graph: draw_graph(graph, _WIDE, _HIGH))
         for name, title, graph in _graphs(found, beside, scene)

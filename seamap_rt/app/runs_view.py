@@ -56,7 +56,7 @@ class RunsView:
         jobs = self.queue.jobs()
         states = tuple((job.name, job.state) for job in jobs)
         if states != self._shown:
-            ended = self._shown and any(job.over for job in jobs)
+            ended = self._shown and any(job.is_over for job in jobs)
             self._shown = states
             self._jobs.clear()
             with self._jobs:
@@ -66,7 +66,7 @@ class RunsView:
             if ended:
                 await self._find()
         for job in jobs:
-            if job.name in self._rows and not job.over:
+            if job.name in self._rows and not job.is_over:
                 self._rows[job.name].update(job)
 
     async def _find(self) -> None:
@@ -74,12 +74,12 @@ class RunsView:
         self._results.clear()
         with self._results:
             for entry in entries:
-                self._entry(entry)
+                self._add_entry(entry)
             if not entries:
                 nothing = ui.label("No results yet: what runs here, or was run into this folder, is listed.")
                 nothing.classes("text-sm opacity-80")
 
-    def _entry(self, entry: RunEntry) -> None:
+    def _add_entry(self, entry: RunEntry) -> None:
         with (
             ui.card().classes("w-full p-2 gap-0").props("flat bordered"),
             ui.row().classes("w-full items-center gap-2"),
@@ -106,7 +106,7 @@ class RunsView:
 
 
 def offer_products(folder: Path, name: str) -> None:
-    """In a menu: what may be downloaded of a folder, whose name among the runs is given."""
+    """Fill a menu with what may be downloaded of a folder, whose name among the runs is given."""
     for product in products_of(folder):
         ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
 
@@ -133,7 +133,7 @@ class _Row:
                     ui.label(f"{job.folder} · {words}").classes("font-bold text-sm break-all")
                     ui.label(job.title).classes("text-xs opacity-80")
                     self._line = ui.label(job.reason).classes("text-sm").props("role=status")
-                if not job.over:
+                if not job.is_over:
                     cancel = ui.button("Cancel", on_click=partial(self._queue.cancel, job.name))
                     cancel.props("flat dense no-caps").mark(f"cancel-{job.folder}")
                 else:
@@ -143,7 +143,7 @@ class _Row:
                     kind = "trade" if job.words[0] == "trade" else None
                     see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))
                     see.props("dense no-caps")
-            if not job.over:
+            if not job.is_over:
                 self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress" rounded size=8px')
 
     def update(self, job: Job) -> None:
@@ -181,19 +181,19 @@ class RecordingsPanel:
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
                 flat_button("Download a header to fill in", icon="download", on_click=_download_header)
-            self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
+            self._status = ui.label().classes("text-sm").props("role=status").mark("recording-said")
 
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""
         with ui.row().classes("w-full items-center no-wrap gap-1"):
             made = choice(label, f"choose-{kind}", width="all", clearable=kind == "header")
 
-            def taken(path: Path) -> None:
+            def take_upload(path: Path) -> None:
                 self.fill()
                 made.value = str(path)
 
             names = self._other_names if kind == "recording" else dict
-            upload_button(self.page.server.roots, kind, lambda line: self._said.set_text(line), taken, names)
+            upload_button(self.page.server.roots, kind, lambda line: self._status.set_text(line), take_upload, names)
         return made
 
     def fill(self) -> None:
@@ -218,14 +218,14 @@ class RecordingsPanel:
         """Queue it, and go where it is seen."""
         server, recording = self.page.server, self._recording.value
         if not recording:
-            self._said.set_text("Choose a recording, or upload one.")
+            self._status.set_text("Choose a recording, or upload one.")
             return
         words = ["retrieve", str(recording)]
         words += ["--header", str(self._header.value)] if self._header.value else []
         try:
             words += [word for array, name in self._other_names().items() for word in ("--name", f"{array}={name}")]
         except InputError as refusal:
-            self._said.set_text(str(refusal))
+            self._status.set_text(str(refusal))
             return
         words += ["--even-if-wrong"] if self._wrong.value else []
         folder = server.free_folder(safe_name(Path(recording).stem, "recording"))
@@ -234,10 +234,10 @@ class RecordingsPanel:
 
 
 def _download_header() -> None:
-    ui.download.content(header_to_fill_in(), "header.toml")
+    ui.download.content(blank_header(), "header.toml")
 
 
-def header_to_fill_in() -> str:
+def blank_header() -> str:
     """The keys that a header must have, each with its meaning, and those that it may have, as remarks."""
     from ..io.recording_header import RecordingHeader
 

@@ -81,7 +81,7 @@ def sight_lines(height: Array, x: Array, y: Array, mast_m: float, look_deg: floa
     first, last = 0.6 * mast_m / abs(rows[-1]), float(np.hypot(np.abs(x).max(), np.abs(y).max()))
     steps = np.geomspace(max(first, 0.5), max(last, 2.0 * first), _STEPS)
     east, north = (steps[:, None] * (along[i] + aside[i]) for i in (0, 1))
-    rising = (_bilinear(np.nan_to_num(height), x, y, east, north) - mast_m) / steps[:, None]
+    rising = (_interpolate(np.nan_to_num(height), x, y, east, north) - mast_m) / steps[:, None]
     horizon = np.maximum.accumulate(rising, axis=0)
     below = rows < 0.0
     number = np.full((_LINES, _PIXELS), -1)
@@ -104,12 +104,12 @@ def mast_picture(height: Array, x: Array, y: Array, known: NDArray[np.bool_], ma
     ], axis=-1)  # fmt: skip
     sight = sight / np.linalg.norm(sight, axis=-1, keepdims=True)
     rise_y, rise_x = np.gradient(np.nan_to_num(height), y, x)
-    slopes = [_bilinear(each, x, y, seen.east, seen.north) for each in (rise_x, rise_y)]
+    slopes = [_interpolate(each, x, y, seen.east, seen.north) for each in (rise_x, rise_y)]
     flat = ~np.isfinite(seen.ahead)
     slopes = [np.where(flat, 0.0, each) for each in slopes]
-    colour = _water(sight, slopes[0], slopes[1], sun_high)
-    colour = np.where(np.isnan(seen.ahead)[..., None], _sky(sight, sun_high), colour)
-    gaps = (_bilinear(1.0 * known, x, y, seen.east, seen.north) < 0.5) & ~flat
+    colour = _water_colour(sight, slopes[0], slopes[1], sun_high)
+    colour = np.where(np.isnan(seen.ahead)[..., None], _sky_colour(sight, sun_high), colour)
+    gaps = (_interpolate(1.0 * known, x, y, seen.east, seen.north) < 0.5) & ~flat
     gaps &= (np.abs(seen.east) <= np.abs(x).max()) & (np.abs(seen.north) <= np.abs(y).max())
     colour = np.where(gaps[..., None], 0.5 * (_UNKNOWN + colour), colour)
     file = io.BytesIO()
@@ -127,13 +127,13 @@ def _rays(look_deg: float) -> tuple[Array, Array, Array]:
     return np.array([np.sin(angle), np.cos(angle)]), aside, rows
 
 
-def _bilinear(values: Any, x: Array, y: Array, east: Array, north: Array) -> Array:
-    """Of a field (y, x) on even cells; 0 outside."""
+def _interpolate(values: Any, x: Array, y: Array, east: Array, north: Array) -> Array:
+    """Values of a field (y, x) on even cells, interpolated bilinearly; 0 outside."""
     place = np.stack([(north - y[0]) / (y[1] - y[0]), (east - x[0]) / (x[1] - x[0])])
     return map_coordinates(np.asarray(values, dtype=np.float64), place, order=1)
 
 
-def _water(sight: Array, rise_x: Array, rise_y: Array, to_sun: Array) -> Array:
+def _water_colour(sight: Array, rise_x: Array, rise_y: Array, to_sun: Array) -> Array:
     """Colour (line, pixel, 3) of water of some slopes."""
     normal = np.stack([-rise_x, -rise_y, np.ones_like(rise_x)], axis=-1)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -144,10 +144,10 @@ def _water(sight: Array, rise_x: Array, rise_y: Array, to_sun: Array) -> Array:
     lit = _GROUND_SHADE + (1.0 - _GROUND_SHADE) * np.clip(normal @ to_sun, 0.0, 1.0)[..., None]
     apart = np.degrees(np.arccos(np.clip(mirrored @ to_sun, -1.0, 1.0)))[..., None]
     glint = 1.1 * np.exp(-0.5 * (apart / _GLINT_DEG) ** 2)
-    return share * _sky(mirrored, to_sun) + (1.0 - share) * _WATER * (1.6 * lit) + glint * share**0.5 * _SUN
+    return share * _sky_colour(mirrored, to_sun) + (1.0 - share) * _WATER * (1.6 * lit) + glint * share**0.5 * _SUN
 
 
-def _sky(toward: Array, to_sun: Array) -> Array:
+def _sky_colour(toward: Array, to_sun: Array) -> Array:
     """Colour of the sky in some directions (…, 3)."""
     high = np.clip(toward[..., 2:], 0.0, 1.0) ** 0.5
     about = np.clip(toward @ to_sun, 0.0, 1.0)[..., None] ** 24
@@ -170,7 +170,7 @@ def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, ND
     Of the sea about the part that was measured.
     """
     distance = np.hypot(*np.meshgrid(source.layout.x, source.layout.y))
-    seen = source.seen(turn)
+    seen = source.covered_cells(turn)
     if source.results.has_maps:
         known = np.isfinite(source.results.field("maps/ground/height", turn))
         seen &= distance <= (_AROUND * np.quantile(distance[known], 0.95) if known.any() else np.inf)
@@ -223,7 +223,7 @@ class SeaPanel:
                 at = round(view.azimuth) % 360
                 self._look = slider("Azimuth of the look", "mast-look", view.redraw, 0, 359, at)
         self._mast.set_visibility(False)
-        self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
+        self._status = ui.label().classes("text-xs opacity-80").mark("sea-words")
         with ui.row().classes("w-full items-center gap-2") as self._render:
             flat_button("Render from the mast", icon="photo_camera", on_click=self._queue_shown, mark="render")
             ui.label(
@@ -243,7 +243,7 @@ class SeaPanel:
             azimuth = float(self._look.value or 0.0)
             made = await drawing.slow(draw_from_mast, source, turn, retrieved, azimuth)
             self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
-            self._said.set_text(
+            self._status.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
                 "Heights are true; waves shorter than the map's cells are left out, and beyond it the sea is flat."
                 + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
@@ -253,7 +253,7 @@ class SeaPanel:
         self.plot.update_figure(
             await drawing.slow(sea_figure, source, turn, retrieved, camera, page.dark, page.width < PHONE)
         )
-        self._said.set_text(
+        self._status.set_text(
             "Lit by a sun that stands low in the south-west. "
             + ("Dark: hidden from the antennas behind crests. " if source.results.has_truth else "")
             + "Heights are drawn three times too large."
@@ -283,7 +283,7 @@ def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bo
     }  # fmt: skip
     wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)
     axes = {
-        name: {"title": {"text": words}, "gridcolor": drawing.faint(dark), "color": drawing.ink(dark)}
+        name: {"title": {"text": words}, "gridcolor": drawing.grid_colour(dark), "color": drawing.ink(dark)}
         for name, words in (("xaxis", "East (m)"), ("yaxis", "North (m)"), ("zaxis", "Height (m)"))
     }  # fmt: skip
     top = max(limit, mast_m)
@@ -307,7 +307,7 @@ def _eye(camera: str, apart: float) -> drawing.Figure:
 def draw_from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
     """What one sees at the antennas' height, a JPEG: of all cells, not of every second one."""
     height = _heights(source, turn, retrieved)
-    known = np.isfinite(height) | ~source.seen(turn)
+    known = np.isfinite(height) | ~source.covered_cells(turn)
     return mast_picture(height, source.layout.x, source.layout.y, known, max(source.height_m, 1.0), azimuth_deg)
 
 
@@ -327,8 +327,8 @@ def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: Array, limit: float) -> 
     levels = np.rint(255.0 * colour).astype(int)
     east, north = np.meshgrid(x, y)
     return {
-        "type": "mesh3d", "x": drawing.plain(east.ravel(), 4), "y": drawing.plain(north.ravel(), 4),
-        "z": drawing.plain(np.nan_to_num(flat), 3), "i": corners[:, 0].tolist(), "j": corners[:, 1].tolist(),
+        "type": "mesh3d", "x": drawing.json_numbers(east.ravel(), 4), "y": drawing.json_numbers(north.ravel(), 4),
+        "z": drawing.json_numbers(np.nan_to_num(flat), 3), "i": corners[:, 0].tolist(), "j": corners[:, 1].tolist(),
         "k": corners[:, 2].tolist(), "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in levels],
         "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}, "flatshading": False,
         "hovertemplate": "%{x:.0f} m east, %{y:.0f} m north: %{z:.2f} m<extra></extra>",
@@ -352,7 +352,7 @@ class PicturedPanel:
         self._place = ui.column().classes("w-full min-w-0 gap-3").mark("pictures")
 
     async def show_folder(self, folder: Path) -> None:
-        """Of a folder below the runs."""
+        """Show the pictures of a folder below the runs."""
         name = folder.relative_to(self.view.page.server.roots.runs).as_posix()
         there = [each for each in PICTURES if (folder / each).is_file()]
         text = await asyncio.to_thread(_text, folder / "statistics.txt")

@@ -55,7 +55,7 @@ class SeeView:
             self._choice = choice("Run", "run-choice", self._choose)
             with flat_button("Download", icon="download", mark="export"):
                 self._menu = ui.menu()
-            self._say = ui.label().classes("text-sm").props("role=status")
+            self._status = ui.label().classes("text-sm").props("role=status")
         self._headline = ui.label().classes("font-bold").mark("verdict")
         with ui.row().classes("w-full items-center gap-2 no-wrap") as self._controls:
             self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
@@ -69,12 +69,12 @@ class SeeView:
             for name, words in VIEWS.items():
                 ui.tab(name, words).mark(f"view-{name}")
         self._views.value = self.tab.view
-        self._views.classes("w-full").on_value_change(self._view_chosen)
+        self._views.classes("w-full").on_value_change(self._choose_view)
         self._empty = ui.label().classes("text-sm p-4")
         stage, self.easel = make_stage()
         with stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
-                self.maps = MapsPanel(page, self._cut)
+                self.maps = MapsPanel(page, self._cut_section)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
         ui.timer(_LOOK_S, self._look)
@@ -94,7 +94,7 @@ class SeeView:
         options = {name: name if kind == "run" else f"{name} · {kind}" for name, kind in kinds.items()}
         self._choice.set_options(options, value=self.tab.run or None)
         if not names:
-            self._tell("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
+            self._explain("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
         self._forget()
         await self._look()
 
@@ -131,7 +131,7 @@ class SeeView:
                 folder = self.page.server.roots.run(run)
                 if self._is_study(folder):
                     return
-                opened = await asyncio.to_thread(_opened, folder)
+                opened = await asyncio.to_thread(_open_source, folder)
                 if run != self.tab.run:  # another was chosen meanwhile
                     return
                 if opened is None:
@@ -164,7 +164,7 @@ class SeeView:
         if self._study == self.tab.run:
             return True
         kind, job = kind_of(folder), self.page.server.queue.job_of_folder(self.tab.run)
-        if kind not in _STUDIES or (job is not None and not job.over):
+        if kind not in _STUDIES or (job is not None and not job.is_over):
             return False
         self._study = self.tab.run
         self._fill_menu()
@@ -178,7 +178,7 @@ class SeeView:
     def draw_study(self, shown: Coroutine[Any, Any, None]) -> None:
         """A drawing of the folder without turns that is shown."""
         name = self._study
-        self.easel.ask(f"drawing {name} …", shown, lambda error: self._tell(f"{name}: cannot be read: {error}"))
+        self.easel.ask(f"drawing {name} …", shown, lambda error: self._explain(f"{name}: cannot be read: {error}"))
 
     def _place_shown(self, shown: Any) -> None:
         """One of the places, alone; turns and views where there are any."""
@@ -190,25 +190,25 @@ class SeeView:
 
     def _show_waiting(self, why: str = "") -> None:
         job = self.page.server.queue.job_of_folder(self.tab.run)
-        if job is not None and not job.over:
+        if job is not None and not job.is_over:
             line = self.page.server.queue.progress(job).line
             turns = job.words[0] in ("run", "retrieve", "simulate")
             when = "Its maps appear here when the first turn is whole." if turns else "It appears here when it is done."
-            self._tell(f"{self.tab.run}: {line}. {when}")
+            self._explain(f"{self.tab.run}: {line}. {when}")
         elif job is not None and job.state in ("failed", "cancelled"):
-            self._tell(f"{self.tab.run}: {job.state}: {job.reason}")
+            self._explain(f"{self.tab.run}: {job.state}: {job.reason}")
         else:
-            self._tell(why or f"{self.tab.run}: holds no whole turn.")
+            self._explain(why or f"{self.tab.run}: holds no whole turn.")
 
-    def _tell(self, words: str) -> None:
-        """Instead of a view."""
+    def _explain(self, words: str) -> None:
+        """Show words instead of a view."""
         self.easel.drop("")
         self._empty.set_text(words)
         self._place_shown(self._empty)
 
     # ------------------------------------------------------------------------------------------------- drawing
 
-    def _view_chosen(self, event: Any) -> None:
+    def _choose_view(self, event: Any) -> None:
         self.tab.view = event.value
         self._shown_key = ()
         self.redraw()
@@ -222,7 +222,7 @@ class SeeView:
             self.easel.ask(f"drawing {VIEWS[view]}, {name} …", drawn, self._refuse_turn)
 
     def _refuse_turn(self, error: Exception) -> None:
-        self._tell(f"This turn cannot be read: {error}")
+        self._explain(f"This turn cannot be read: {error}")
 
     def _name_turn(self, when: str = "") -> str:
         """Show which turn it is, of as many as there will be; empty where there is none."""
@@ -285,7 +285,7 @@ class SeeView:
 
     @property
     def azimuth(self) -> float:
-        """Of the look that is cut: the one that was clicked, else the one into the waves, else the first."""
+        """The azimuth of the look to cut: the one that was clicked, else the one into the waves, else the first."""
         if self._azimuth is None and self.source is not None:
             scene, looks = self.source.scene, self.source.layout.azimuth
             into = scene.sea.waves[0] if scene is not None and scene.sea.waves else None
@@ -298,7 +298,7 @@ class SeeView:
         self._azimuth = azimuth_deg % 360.0
         self.redraw()
 
-    def _cut(self, east: float, north: float) -> None:
+    def _cut_section(self, east: float, north: float) -> None:
         self._azimuth = float(np.degrees(np.arctan2(east, north)) % 360.0)
         self._views.value = "section"
 
@@ -313,29 +313,29 @@ class SeeView:
         with self._menu:
             offer_products(self.page.server.roots.run(self.tab.run), self.tab.run)
             if self.source is not None:
-                ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
-                ui.menu_item("this turn's height maps (PNG)", on_click=self._png)
+                ui.menu_item("this turn's section and curves (CSV)", on_click=self._download_csv)
+                ui.menu_item("this turn's height maps (PNG)", on_click=self._download_png)
 
-    def _file(self, ending: str) -> str:
+    def _file_name(self, ending: str) -> str:
         turn = turn_name(self._turns[self.tab.turn]).replace(" ", "")
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
-    async def _csv(self) -> None:
+    async def _download_csv(self) -> None:
         if self.source is not None:
-            name = self._file("csv")
+            name = self._file_name("csv")
             ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
-    async def _png(self) -> None:
+    async def _download_png(self) -> None:
         if self.source is not None:
-            name = self._file("png")
-            self._say.set_text("drawing …")
+            name = self._file_name("png")
+            self._status.set_text("drawing …")
             made = await drawing.slow(turn_png, self.source, self.tab.turn)
-            self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
+            self._status.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
                 ui.download.content(made, name)
 
 
-def _opened(folder: Path) -> Source | None:
+def _open_source(folder: Path) -> Source | None:
     results = Results(folder)
     return Source(results) if results.turns() else None
 

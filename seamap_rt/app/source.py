@@ -20,7 +20,7 @@ from ..conventions import ground_range
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..io.opening import LONG, read_json
-from ..io.reading import ResultsFile, is_there
+from ..io.reading import ResultsFile, results_exist
 from ..io.scenefile import read_toml
 from ..report import maps, reduce, style
 from ..scene import Scene, scene_of
@@ -65,27 +65,27 @@ class Results:
 
     @property
     def has_truth(self) -> bool:
-        return is_there(self.truth)
+        return results_exist(self.truth)
 
     @property
     def has_maps(self) -> bool:
         """Whether anything was retrieved: a simulation alone has the true sea and the echoes."""
-        return is_there(self.maps)
+        return results_exist(self.maps)
 
     @property
-    def _main(self) -> Path:
-        """What there is in any case."""
+    def _main_file(self) -> Path:
+        """The file that there is in any case."""
         return self.maps if self.has_maps else self.truth
 
     @property
     def growing(self) -> bool:
         """Whether the maps, or what there is instead, are not finished."""
-        return not self._main.exists()
+        return not self._main_file.exists()
 
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._files[self._main].read(lambda file: file["polar/turn"][:])]
+            numbers = [int(each) for each in self._files[self._main_file].read(lambda file: file["polar/turn"][:])]
             if self.has_truth and self.has_maps:
                 numbers = numbers[: self._files[self.truth].read(lambda file: file["polar/turn"].shape[0])]
         except OSError:
@@ -99,17 +99,17 @@ class Results:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
             return Layout(*(np.asarray(file[name][:], dtype=np.float64) for name in names))
 
-        return self._files[self._main].read(read)
+        return self._files[self._main_file].read(read)
 
     def scene(self) -> Scene | None:
-        """That was run; None of a retrieval, which knows none, and of a scene of another version."""
+        """The scene that was run; None for a retrieval, which knows none, and for a scene of another version."""
         try:
             return scene_of(read_toml(self.folder / "scene.toml"))
         except InputError:
             return None
 
     def metrics(self) -> dict[str, Any]:
-        """Of a finished run; empty of another one."""
+        """The metrics of a finished run; empty for any other."""
         try:
             content = read_json(self.folder / "metrics.json", most=LONG)
         except (OSError, ValueError):
@@ -127,30 +127,30 @@ class Results:
             if (name, index) in self._kept:
                 self._kept.move_to_end((name, index))
                 return self._kept[name, index]
-        values = self._read_of(name, lambda file, path: np.asarray(file[path][index], dtype=np.float32))
+        values = self._read_from(name, lambda file, path: np.asarray(file[path][index], dtype=np.float32))
         with self._lock:
             self._kept[name, index] = values
             while len(self._kept) > 1 and sum(each.nbytes for each in self._kept.values()) > _KEPT_BYTES:
                 self._kept.popitem(last=False)
         return values
 
-    def has(self, name: str) -> bool:
+    def has_field(self, name: str) -> bool:
         """Whether there is such a field, named as for `field`."""
         try:
-            return self._read_of(name, lambda file, path: path in file)
+            return self._read_from(name, lambda file, path: path in file)
         except OSError:
             return False
 
     def attributes(self, name: str) -> dict[str, Any]:
-        """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
-        found = self._read_of(name, lambda file, path: dict(file[path].attrs))
-        return {key: _plain(each) for key, each in found.items()}
+        """Attributes of a group, named as "maps/polar". OSError, KeyError where there is none."""
+        found = self._read_from(name, lambda file, path: dict(file[path].attrs))
+        return {key: _scalar(each) for key, each in found.items()}
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        return float(np.min(self._files[self._main].read(lambda file: file["polar/time"][index])))
+        return float(np.min(self._files[self._main_file].read(lambda file: file["polar/time"][index])))
 
-    def _read_of(self, name: str, read: Callable[[Any, str], Result]) -> Result:
+    def _read_from(self, name: str, read: Callable[[Any, str], Result]) -> Result:
         tree, path = name.split("/", 1)
         return self._files[{"maps": self.maps, "truth": self.truth}[tree]].read(lambda file: read(file, path))
 
@@ -160,7 +160,7 @@ class Results:
             file.close()
 
 
-def _plain(value: Any) -> Any:
+def _scalar(value: Any) -> Any:
     """NetCDF keeps a number as an array of one."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
@@ -185,7 +185,7 @@ class Source:
 
     @cached_property
     def height_m(self) -> float:
-        """Of the antennas: by the scene, else as the maps have slant and ground ranges, else as the echoes say."""
+        """The antennas' height: by the scene, else as the maps have slant and ground ranges, else as the echoes say."""
         if self.scene is not None:
             return self.scene.radar.height_m
         try:
@@ -215,50 +215,50 @@ class Source:
             if kind == "polar":
                 self._rasters[kind] = polar_raster(self.layout.azimuth, self.layout.range, self.height_m)
             else:
-                seen = self.seen(index)
+                seen = self.covered_cells(index)
                 self._rasters[kind] = ground_raster(self.layout.x, self.layout.y, seen)
         return self._rasters[kind]
 
-    def seen(self, index: int) -> NDArray[np.bool_]:
+    def covered_cells(self, index: int) -> NDArray[np.bool_]:
         """(row, column) of the ground cells that the beam passed in a turn."""
         tree = "maps" if self.results.has_maps else "truth"
         return np.isfinite(self.results.field(f"{tree}/ground/time", index))
 
-    def _both(self, name: str, index: int) -> tuple[Array | None, Array | None]:
-        """A field, named as "ground/height", as it is and as it was retrieved; None of what is not known. Of the ground
-        what the beam passed."""
+    def _fields(self, name: str, index: int) -> tuple[Array | None, Array | None]:
+        """The true and the retrieved field, named as "ground/height"; None where it is not known. The true one has only
+        ground cells that the beam passed."""
         results = self.results
         true = results.field(f"truth/{name}", index) if results.has_truth else None
         if true is not None and name.startswith("ground/"):
-            true = np.where(self.seen(index), true, np.nan)
+            true = np.where(self.covered_cells(index), true, np.nan)
         return true, results.field(f"maps/{name}", index) if results.has_maps else None
 
     def _pair(self, words: str, scale: str, true: Array | None, retrieved: Array | None, digits: int = 2) -> Panels:
         """What there is of both on one scale."""
         there = [(name, each) for name, each in (("True", true), ("Retrieved", retrieved)) if each is not None]
-        on = self._scale(scale, lambda: _signed(there[0][1], there[-1][1], words.split()[0]))
+        on = self._scale(scale, lambda: _signed_scale(there[0][1], there[-1][1], words.split()[0]))
         return [(Panel(f"{name} {words}", on, digits), each) for name, each in there]
 
-    def _stated(self, group: str, index: int) -> Panels:
+    def _stated_error(self, group: str, index: int) -> Panels:
         """What the retrieval states of its heights; nothing of a simulation."""
         if not self.results.has_maps:
             return []
         spread = self.results.field(f"maps/{group}/height_std", index)
-        return [(Panel("Stated error", self._scale(f"{group} spread", lambda: _spread(spread)), 3), spread)]
+        return [(Panel("Stated error", self._scale(f"{group} spread", lambda: _spread_scale(spread)), 3), spread)]
 
     def _heights(self, index: int) -> Panels:
-        true, retrieved = self._both("ground/height", index)
+        true, retrieved = self._fields("ground/height", index)
         panels = self._pair("height", "height", true, retrieved)
         if true is not None and retrieved is not None:
             error = retrieved - true
             wrong = self._scale("error", lambda: error_scale(error, "Error (m)"))
             panels.append((Panel("Error", wrong, 3), error))
-        return panels + self._stated("ground", index)
+        return panels + self._stated_error("ground", index)
 
     def _slopes(self, index: int) -> Panels:
-        pairs = {to: self._both(f"ground/{name}", index) for name, to in (("slope_x", "east"), ("slope_y", "north"))}
+        pairs = {to: self._fields(f"ground/{name}", index) for name, to in (("slope_x", "east"), ("slope_y", "north"))}
         true, retrieved = ([pair[i] for pair in pairs.values() if pair[i] is not None] for i in (0, 1))
-        self._scale("slope", lambda: _signed(np.stack(true or retrieved), np.stack(retrieved or true), "slope"))  # type: ignore[arg-type]
+        self._scale("slope", lambda: _signed_scale(np.stack(true or retrieved), np.stack(retrieved or true), "slope"))  # type: ignore[arg-type]
         panels: Panels = []
         for to, (t, r) in pairs.items():
             panels += self._pair(f"slope to {to}", "slope", t, r, digits=3)
@@ -268,12 +268,12 @@ class Source:
         return panels
 
     def _polar(self, index: int) -> Panels:
-        panels = self._pair("height", "polar height", *self._both("polar/height", index))
+        panels = self._pair("height", "polar height", *self._fields("polar/height", index))
         if self.results.has_truth:
             seen = Scale(0.0, 1.0, "cividis", "Share in sight")
             share = self.results.field("truth/polar/visible_fraction", index)
             panels.append((Panel("In sight of both antennas", seen), share))
-        return panels + self._stated("polar", index)
+        return panels + self._stated_error("polar", index)
 
     def _echo(self, index: int) -> Panels:
         power, words = self._power(index)
@@ -316,7 +316,7 @@ class Source:
         results = self.results
         tree = "maps/polar" if results.has_maps else "truth/polar"
         table = SCHEMA[tree]
-        names = [name for name in _OF_WAVES if results.has(f"{tree}/{name}")]
+        names = [name for name in _OF_WAVES if results.has_field(f"{tree}/{name}")]
         values: dict[str, Any] = {name: results.field(f"{tree}/{name}", index) for name in names}
         if "quality" in values:
             values["quality"] = np.nan_to_num(values["quality"]).astype(np.int16)
@@ -340,7 +340,7 @@ def _open_local(folder: Path, number: int) -> Source:
     return _OPEN[number]
 
 
-def _signed(true: Array, retrieved: Array, what: str) -> Scale:
+def _signed_scale(true: Array, retrieved: Array, what: str) -> Scale:
     of_slope = what == "slope"
     limit = (maps.slope_limit if of_slope else maps.height_limit)(true.astype(np.float64), retrieved.astype(np.float64))
     colours = style.SLOPE_COLOURS if of_slope else style.HEIGHT_COLOURS
@@ -348,12 +348,12 @@ def _signed(true: Array, retrieved: Array, what: str) -> Scale:
 
 
 def error_scale(error: Array, words: str, colours: str = style.HEIGHT_COLOURS) -> Scale:
-    """As far to either side as nearly all values go."""
+    """A scale that reaches as far to either side as nearly all values."""
     limit = reduce.quantile(np.abs(error), 0.98)
     limit = float(f"{max(limit, 0.01):.2g}") if np.isfinite(limit) else 0.1
     return Scale(-limit, limit, colours, words)
 
 
-def _spread(spread: Array) -> Scale:
+def _spread_scale(spread: Array) -> Scale:
     high = reduce.quantile(spread, 0.95)
     return Scale(0.0, float(f"{max(high, 0.01):.2g}") if np.isfinite(high) else 0.1, style.SPREAD_COLOURS, "Error (m)")

@@ -122,12 +122,12 @@ def graph(points: list[Point], measure: str, dark: bool) -> drawing.Figure | Non
         label = ", ".join(name) or "mean over seeds"
         mean = [float(np.mean(values[place])) for place in places]
         data.append({
-            "type": "scatter", "mode": "lines+markers", "x": places, "y": drawing.plain(mean),
+            "type": "scatter", "mode": "lines+markers", "x": places, "y": drawing.json_numbers(mean),
             "name": drawing.text(label), "line": {"color": colour}, "marker": {"size": 9},
         })  # fmt: skip
         data.append({
             "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
-            "y": drawing.plain([each for place in places for each in values[place]]), "name": "one seed",
+            "y": drawing.json_numbers([each for place in places for each in values[place]]), "name": "one seed",
             "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
     look = drawing.layout(
@@ -144,7 +144,7 @@ def place_of(value: Any) -> Any:
 
 
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
-    """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
+    """The scene that the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
     try:
         manifest: Any = read_json(folder / MANIFEST, below=folder)
         tree = tomllib.loads(str(manifest["scene"]))
@@ -182,44 +182,44 @@ class TradeView:
         self._count = -1
         ui.label("Vary keys of the design that stands in Design, and see what they are worth").classes("font-bold")
         with ui.row().classes("w-full items-end gap-2"):
-            self._keys = [self._key(number) for number in range(2)]
-            self._seeds = ui.number("Seeds", value=3, min=1, max=MOST_SEEDS, precision=0, on_change=self._counted)
+            self._keys = [self._make_key(number) for number in range(2)]
+            self._seeds = ui.number("Seeds", value=3, min=1, max=MOST_SEEDS, precision=0, on_change=self._recount)
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
-            self._at_most = ui.number("Recommend at most", on_change=self._counted).mark("at-most")
+            self._at_most = ui.number("Recommend at most", on_change=self._recount).mark("at-most")
             self._at_most.props("dense outlined clearable").classes("w-40")
-            ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
-        self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
+            ui.button("Run all points", icon="query_stats", on_click=self._queue_trade).props("no-caps").mark("trade")
+        self._status = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = choice("Trade", "trade-choice", self._refresh)
             self._measure = choice("Measure", "trade-measure", self._refresh, MEASURES, value=next(iter(MEASURES)))
             with flat_button("Download", icon="download"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(drawing.empty_figure(page.dark)).classes("w-full").mark("trade-graph")
-        self._plot.on("plotly_click", self._clicked, args=["points"])
+        self._plot.on("plotly_click", self._choose_clicked, args=["points"])
         self._note = ui.label().classes("text-xs opacity-80")
         with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
-            self._point = choice("Point", "trade-point", self._point_chosen, width="wide")
+            self._point = choice("Point", "trade-point", self._show_chosen, width="wide")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
-            flat_button("Use these values in Design", icon="edit", on_click=self._into_design, mark="trade-design")
-        self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
+            flat_button("Use these values in Design", icon="edit", on_click=self._apply_to_design, mark="trade-design")
+        self._point_status = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
-    def _key(self, number: int) -> Any:
+    def _make_key(self, number: int) -> Any:
         scene = self.tab.draft.scene
         options = {field.key: f"{field.label} · {field.key}" for field in numeric_fields(scene)} if scene else {}
         value = _FIRST if number == 0 and _FIRST in options else None
         label = "Vary" if number == 0 else "and, if wanted"
-        key = ui.select(options, label=label, value=value, with_input=True, clearable=True, on_change=self._counted)
+        key = ui.select(options, label=label, value=value, with_input=True, clearable=True, on_change=self._recount)
         key.props("dense outlined options-dense").classes("w-72 max-w-full").mark(f"vary-{number}")
-        values = ui.input("Values: from:to:step, or a,b,c", value="4:10:2" if value else "", on_change=self._counted)
+        values = ui.input("Values: from:to:step, or a,b,c", value="4:10:2" if value else "", on_change=self._recount)
         values.props("dense outlined debounce=300").classes("w-56 max-w-full").mark(f"values-{number}")
         return key, values
 
     async def enter(self) -> None:
         """Look for trades again."""
         self._count = -1
-        self._counted()
+        self._recount()
         entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind == "trade"]
         queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] == "trade"]
@@ -244,35 +244,35 @@ class TradeView:
         points = count_of(vary, seeds)
         guess_s = points * run_seconds(scene) / 2.0 if scene is not None else 0.0
         if scene is None:
-            self._said.set_text(f"{points} points")
+            self._status.set_text(f"{points} points")
         elif pace is None:
-            self._said.set_text(f"{points} points; guessed to take {duration(guess_s)} (no trade was run here)")
+            self._status.set_text(f"{points} points; guessed to take {duration(guess_s)} (no trade was run here)")
         else:
-            self._said.set_text(f"{points} points, about {duration(guess_s * pace)}")
+            self._status.set_text(f"{points} points, about {duration(guess_s * pace)}")
         return vary, words, guess_s
 
-    def _counted(self) -> None:
+    def _recount(self) -> None:
         """How many points that is, or why it is none."""
         try:
             self._words()
         except (InputError, ValueError) as refusal:
-            self._said.set_text(str(refusal))
+            self._status.set_text(str(refusal))
 
-    def _trade(self) -> None:
+    def _queue_trade(self) -> None:
         scene, server = self.tab.draft.scene, self.page.server
         try:
             if scene is None:
                 raise InputError("The design does not stand yet: mend in Design what is marked.")
             vary, words, guess_s = self._words()
         except (InputError, ValueError) as refusal:
-            self._said.set_text(str(refusal))
+            self._status.set_text(str(refusal))
             return
         folder = server.free_folder(f"{scene.name}-trade")
         words = ["trade", "{scene}", *words, "--out", "{out}"]
         server.queue.add(", ".join(vary), folder, scene.to_toml(), words, guess_s)
         self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
         self._count = -1
-        self._said.set_text(f"Queued as {folder}: its points appear below.")
+        self._status.set_text(f"Queued as {folder}: its points appear below.")
 
     # ---------------------------------------------------------------------------------------------- showing
 
@@ -292,10 +292,10 @@ class TradeView:
         folder = self.page.server.roots.runs / str(name)
         points = await asyncio.to_thread(read_points, folder)
         job = self.page.server.queue.job_of_folder(str(name))
-        if job is not None and not job.over:
-            self._said.set_text(self.page.server.queue.progress(job).line)
+        if job is not None and not job.is_over:
+            self._status.set_text(self.page.server.queue.progress(job).line)
         elif job is not None and job.reason:
-            self._said.set_text(f"{job.state}: {job.reason}")
+            self._status.set_text(f"{job.state}: {job.reason}")
         if len(points) == self._count:
             return
         self._count, self._points = len(points), points
@@ -304,18 +304,18 @@ class TradeView:
         if made is not None:
             self._plot.update_figure(made)
         text = await asyncio.to_thread(advice, folder)
-        self._note.set_text(" ".join([text + "." if text else "", _words(points)]).strip())
+        self._note.set_text(" ".join([text + "." if text else "", _points_in_words(points)]).strip())
         done = {i: words_of_point(each) for i, each in enumerate(points) if each.status == "done"}
         self._chosen_row.set_visibility(bool(done))  # to be chosen by the keyboard too
         self._point.set_options(done, value=self._point.value if self._point.value in done else next(iter(done), None))
-        self._point_chosen()
+        self._show_chosen()
         self._menu.clear()
         with self._menu:
             offer_products(folder, name)
 
     # ------------------------------------------------------------------------------------------------ one point
 
-    def _clicked(self, event: events.GenericEventArguments) -> None:
+    def _choose_clicked(self, event: events.GenericEventArguments) -> None:
         """A point of the graph becomes the chosen one: of several seeds the one that is nearest to what was clicked."""
         pointed = point_of(event)
         if pointed is None:
@@ -328,29 +328,29 @@ class TradeView:
         }
         if there:
             self._point.value = min(there, key=lambda i: abs(there[i] - value))
-            self._point_chosen()
+            self._show_chosen()
 
     @property
     def _chosen_point(self) -> Point | None:
         number = self._point.value
         return self._points[number] if isinstance(number, int) and number < len(self._points) else None
 
-    def _point_chosen(self) -> None:
+    def _show_chosen(self) -> None:
         """What can be done with it."""
         point, trade = self._chosen_point, str(self._choice.value)
         if point is None:
-            self._point_said.set_text("")
+            self._point_status.set_text("")
             return
         there = self.page.server.is_awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
-        self._point_said.set_text(
+        self._point_status.set_text(
             "Its maps are there, or come." if there else
             "A trade keeps the figures of its points, not their maps. Run this point: the same scene with the same "
             "seed gives the same maps, and they open here turn by turn."
         )  # fmt: skip
 
     def _open_maps(self) -> None:
-        """Of a run of the point: the one that is there, else one that is queued now."""
+        """Show the maps of a run of the point: the one that is there, else one that is queued now."""
         point, trade, server = self._chosen_point, str(self._choice.value), self.page.server
         if point is None:
             return
@@ -359,13 +359,13 @@ class TradeView:
             try:
                 scene = scene_of_point(server.roots.runs / trade, point, server.roots)
             except InputError as refusal:
-                self._point_said.set_text(str(refusal))
+                self._point_status.set_text(str(refusal))
                 return
             title = f"{trade}: {words_of_point(point)}"
             server.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
         self.page.see(name)
 
-    def _into_design(self) -> None:
+    def _apply_to_design(self) -> None:
         """The design with the point's values."""
         point = self._chosen_point
         if point is None:
@@ -376,7 +376,7 @@ class TradeView:
         self.page.redraw_design()
 
 
-def _words(points: list[Point]) -> str:
+def _points_in_words(points: list[Point]) -> str:
     done = sum(each.status == "done" for each in points)
     refused = next((each.reason for each in points if each.status != "done"), "")
     text = f"{done} points are there. Click one, or choose it below, to see its maps or take its values."

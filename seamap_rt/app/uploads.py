@@ -74,8 +74,8 @@ def kind_of_field(key: str) -> str | None:
     return next((name for name, kind in KINDS.items() if re.fullmatch(kind.keys, key)), None)
 
 
-def check_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
-    """As `check`, in a process of its own; InputError also where that ends badly or takes too long."""
+def check_in_process(kind: str, path: Path, names: Mapping[str, str]) -> None:
+    """Run `check` in a process of its own; InputError also where that ends badly or takes too long."""
     arguments = [kind, str(path), *(f"{array}={name}" for array, name in names.items())]
     try:
         done = subprocess.run(
@@ -87,9 +87,9 @@ def check_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
         )
     except subprocess.TimeoutExpired:
         raise InputError(f"takes longer than {_LONGEST_S:.0f} s; make it smaller") from None
-    said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    if done.returncode == 2 and said:
-        raise InputError(one_line(said[-1]))
+    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    if done.returncode == 2 and lines:
+        raise InputError(one_line(lines[-1]))
     if done.returncode:
         why = f"by signal {-done.returncode}" if done.returncode < 0 else f"with exit code {done.returncode}"
         raise InputError(f"cannot be read: what reads it ended {why}; make it smaller, or save it anew")
@@ -101,7 +101,7 @@ def save_upload(
     name: str,
     content: bytes,
     names: Mapping[str, str] | None = None,
-    check: Check = check_apart,
+    check: Check = check_in_process,
 ) -> Path:
     """Keep what a browser gave under a name, if it is what it is to be: its path.
 
@@ -121,7 +121,7 @@ def save_upload(
             "there"
         )
     roots.uploads.mkdir(exist_ok=True)
-    path, fresh = _place(roots.uploads, safe, content)
+    path, fresh = _store_content(roots.uploads, safe, content)
     try:
         if any(wanted.reader):
             check(kind, path, dict(names or {}))
@@ -132,7 +132,7 @@ def save_upload(
     return path
 
 
-def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
+def _store_content(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
     """Where a content lies now, and whether it was put there just now."""
     stem, ending = Path(name).stem, Path(name).suffix
     for number in range(1, _MOST_NAMES):
@@ -156,32 +156,32 @@ def list_uploads(roots: Roots, kind: str) -> list[Path]:
 def upload_button(
     roots: Roots,
     kind: str,
-    said: Callable[[str], Any],
+    say: Callable[[str], Any],
     taken: Callable[[Path], None],
     names: Callable[[], dict[str, str]] = dict,
 ) -> Any:
-    """A button that asks for a file of a kind of `uploads.KINDS`. said: is given what goes on, or why the file is
+    """A button that asks for a file of a kind of `uploads.KINDS`. say: is given what goes on, or why the file is
     refused; taken: where it lies. names: of a recording's arrays that it calls otherwise."""
     wanted = KINDS[kind]
 
-    async def uploaded(event: events.UploadEventArguments) -> None:
+    async def take_upload(event: events.UploadEventArguments) -> None:
         name = event.file.name
         upload.reset()
-        said(f"{name}: is checked …")
+        say(f"{name}: is checked …")
         try:
             content = await event.file.read()
             path = await asyncio.to_thread(save_upload, roots, kind, name, content, names())
         except (InputError, OSError) as refusal:
-            said(str(refusal))
+            say(str(refusal))
             return
-        said("")
+        say("")
         taken(path)
 
     upload = ui.upload(
         auto_upload=True,
         max_file_size=wanted.most,
-        on_upload=uploaded,
-        on_rejected=lambda: said(
+        on_upload=take_upload,
+        on_rejected=lambda: say(
             f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
         ),
     )

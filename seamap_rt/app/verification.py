@@ -40,7 +40,7 @@ class Verification:
         held = np.flatnonzero(self.verified.forecasts["issue"].values <= turn)
         return int(held[-1]) if held.size else None
 
-    def quiet(self, at: int) -> NDArray[np.float64] | None:
+    def quiet_windows(self, at: int) -> NDArray[np.float64] | None:
         """(lead,) of an issue by its place: 1 where a window was quiet, 0 where not, NaN where none is judged."""
         forecasts = self.verified.forecasts
         judged = np.flatnonzero(warm(forecasts))
@@ -62,7 +62,7 @@ class Verifications:
         self._kept: OrderedDict[tuple[str, int], asyncio.Future[Verification]] = OrderedDict()
 
     async def ask(self, folder: Path) -> Verification:
-        """Of a finished run that forecast; some seconds the first time, then kept. However many ask, it is drawn once.
+        """Verify a finished run that forecast; some seconds the first time, then kept: it is drawn once.
 
         Raises InputError where there is nothing to tell of, or the sea cannot be drawn again; OSError where no memory
         is.
@@ -84,13 +84,13 @@ class Verifications:
 
 
 def _key(folder: Path) -> tuple[str, int]:
-    """Of a folder without finished forecasts 0."""
+    """The folder, and when its forecasts were finished: 0 where they are not."""
     path = folder / "prediction.nc"
     return str(folder), path.stat().st_mtime_ns if path.exists() else 0
 
 
 def verify_folder(folder: Path) -> Verification:
-    """Of a folder, in this process. InputError where there is nothing to tell of, or a file is damaged."""
+    """Verify a folder's forecasts in this process. InputError where they cannot be verified."""
     from ..io.opening import load, open_dataset
     from ..io.scenefile import read_toml
     from ..resolved_scene import run_sea

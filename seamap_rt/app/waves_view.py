@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import SchemaError
 from ..gauges import judge_one
-from ..io.reading import is_there, read_whole_turns
+from ..io.reading import read_whole_turns, results_exist
 from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report.advice_figure import advice_picture
 from ..report.forecast_figures import BoatForecast
@@ -60,10 +60,10 @@ class MapSpectra:
 
 
 def map_spectra(source: Source, turn: int) -> MapSpectra:
-    """Of the last turns up to one, by its place. OSError where a turn is not there."""
+    """Spectra of the last turns up to one, by its place. OSError where a turn is not there."""
     results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
-    retrieved = _mean([source.polar(each) for each in turns]) if results.has_maps else None
-    true = _mean([_true(source, each) for each in turns], as_it_is=True) if results.has_truth else None
+    retrieved = _mean_density([source.polar(each) for each in turns]) if results.has_maps else None
+    true = _mean_density([_true_polar(source, each) for each in turns], uncorrected=True) if results.has_truth else None
     why, shown = "", retrieved if results.has_maps else true
     if shown is None:
         why = "Too little of the sea is in sight for a spectrum."
@@ -75,7 +75,7 @@ def map_spectra(source: Source, turn: int) -> MapSpectra:
     return MapSpectra(retrieved, true, len(turns), why)
 
 
-def _true(source: Source, turn: int) -> xr.Dataset:
+def _true_polar(source: Source, turn: int) -> xr.Dataset:
     """A turn with the true heights of all cells."""
     shape = source.layout.azimuth.size, source.layout.range.size
     values = {
@@ -88,21 +88,21 @@ def _true(source: Source, turn: int) -> xr.Dataset:
     return polar.assign({name: (("azimuth", "range"), each) for name, each in values.items()})
 
 
-def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None:
-    """Of those turns that show a sea. as_it_is: without taking back what a retrieval's cells blur."""
+def _mean_density(polars: list[xr.Dataset], *, uncorrected: bool = False) -> Density | None:
+    """The mean spectrum of turns that show a sea. uncorrected: without taking back what a retrieval's cells blur."""
     water = water_of(polars[0].attrs)
     found = [each for each in (TurnSpectrum.of(polar, water) for polar in polars) if each is not None]
     if not found:
         return None
-    if as_it_is:
+    if uncorrected:
         found = [replace(each, spectrum=each.spectrum.corrected(1.0 / each.transfer, 0.0)) for each in found]
     first = found[0].spectrum
     frequency = first.ring_frequency
-    densities = [_on_rings(each, frequency) for each in found]
+    densities = [_density_on_rings(each, frequency) for each in found]
     step = max(_LEAST_STEP_HZ, float(np.median(np.diff(frequency))))
     edges = np.arange(0.0, frequency[-1] + step, step)
     directed = [each for each in found if each.direction_known and each.polar_map.span > _LEAST_SPAN]
-    directional = np.mean([_by_direction(each, edges) for each in directed], axis=0) if directed else None
+    directional = np.mean([_directional_density(each, edges) for each in directed], axis=0) if directed else None
     return Density(
         frequency,
         np.mean(densities, axis=0),
@@ -112,7 +112,7 @@ def _mean(polars: list[xr.Dataset], *, as_it_is: bool = False) -> Density | None
     )
 
 
-def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
+def _density_on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
     """Density [m²/Hz] at the frequencies of the first turn's rings, which hardly differ from turn to turn; NaN of waves
     too short for the cells."""
     own = turn.spectrum.ring_frequency
@@ -122,7 +122,7 @@ def _on_rings(turn: TurnSpectrum, frequency: Array) -> Array:
     return np.where(np.interp(frequency, own, turn.transfer) > LEAST_TRANSFER, density, np.nan)
 
 
-def _by_direction(turn: TurnSpectrum, edges: Array) -> Array:
+def _directional_density(turn: TurnSpectrum, edges: Array) -> Array:
     """Density [m²/Hz/°] (f, d): the modes' power, gathered; what lies below the floor is 0."""
     spectrum = turn.spectrum
     frequency = spectrum.water.frequency(spectrum.wavenumber) / (2.0 * np.pi)
@@ -148,7 +148,7 @@ class StatePanel:
         self._words = ui.label().mark("sea-state")
         self._images = Images()
         ui.label("Wave spectrum").classes("text-base font-bold")
-        self._said = ui.label().classes("text-sm").props("role=status").mark("spectrum-words")
+        self._status = ui.label().classes("text-sm").props("role=status").mark("spectrum-words")
         self._spectra = Images()
 
     async def show(self, source: Source, turn: int) -> None:
@@ -157,12 +157,12 @@ class StatePanel:
         self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _missing_state(source))
         self._words.classes(replace="font-bold" if known else "text-sm")
         try:
-            heights, said, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
+            heights, words, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
         except (SchemaError, KeyError, ValueError) as error:  # maps of another program
-            heights, said, spectra = [], f"No spectrum: {error}", []
+            heights, words, spectra = [], f"No spectrum: {error}", []
         self._images.show(heights)
-        self._said.set_text(said)
-        self._said.set_visibility(bool(said))
+        self._status.set_text(words)
+        self._status.set_visibility(bool(words))
         self._spectra.show(spectra)
 
 
@@ -204,7 +204,7 @@ _FIGURES = (  # of `judge_one`: words, unit, digits
 
 def has_gauges(results: Results) -> bool:
     """Whether a run writes, or wrote, what gauges read."""
-    return is_there(results.folder / "gauges.nc")
+    return results_exist(results.folder / "gauges.nc")
 
 
 def read_gauges(results: Results) -> xr.Dataset:
@@ -316,7 +316,7 @@ class HelmPanel:
         self._forecast = ForecastPanel(view)
 
     async def show(self, source: Source, turn: int) -> None:
-        """After a turn by its place."""
+        """Show the advice after a turn, by its place."""
         *lines, polar = await drawing.slow(view_helm, source, turn, self.view.page.dark)
         for label, words in zip(self._lines, lines, strict=True):
             label.set_text(words)

@@ -58,7 +58,7 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
         return _refuse(str(error), NO_RESOURCE)
     except Exception as error:
         lack = shortage(error)
-        if stops.asked or lack is None:
+        if stops.requested or lack is None:
             return _answer_to(error, stops)
         warnings.simplefilter("ignore")  # of what was begun and is never waited for
         known = str(lack) if isinstance(lack, ResourceError) else f"memory or threads ran out; {_SHORT}; {_LEFT}"
@@ -82,14 +82,14 @@ def _answer_to(error: Exception, stops: Stops) -> int:
     except (SchemaError, CycloptsError) as error:
         return _refuse(str(error), BAD_INPUT)
     except OSError as error:
-        if stops.asked:
+        if stops.requested:
             return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
         full = error.errno in _FULL or os.strerror(errno.ENOSPC) in str(error)  # HDF5 tells it in words alone
         reason = f"'{error.filename}': {error.strerror or error}" if error.filename else error.strerror or error
         advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
         return _refuse(f"{reason}; {advice}", NO_RESOURCE if full else BAD_INPUT)
     except Exception:
-        if not stops.asked:
+        if not stops.requested:
             raise
         return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)  # a library made something else of it
 
@@ -109,8 +109,8 @@ def _leftover_words(tokens: list[str]) -> str:
     return f"{left}: the command takes no such argument; --help says which it takes"
 
 
-def _refuse(said: str | tuple[str, ...], code: int) -> int:
+def _refuse(lines: str | tuple[str, ...], code: int) -> int:
     filter_asyncio_log()  # the process ends, and so do tasks of libraries
-    for line in (said,) if isinstance(said, str) else said:
+    for line in (lines,) if isinstance(lines, str) else lines:
         print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
     return code

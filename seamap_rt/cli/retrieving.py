@@ -66,7 +66,7 @@ def predict(
 
     check_file(maps, "a maps.nc", named=f"MAPS = '{maps}'")
     from ..io.appendable import AppendableNetCDF  # these take a second: what was typed is checked before
-    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
+    from ..io.results_folder import clear_folder, note_growing, refuse_unfinished, results_folder
     from ..prediction import forecasts
 
     refuse_unfinished(maps.parent, "MAPS")
@@ -79,7 +79,7 @@ def predict(
             raise InputError(f"MAPS = '{maps}': no turn shows a sea; nothing can be forecast from it")
         clear_folder(folder, (_PRODUCT,))
         issued, last = 0, first
-        with growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
+        with note_growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
@@ -238,7 +238,7 @@ def retrieve(
 
     def print_turn(turn: Turn) -> None:
         polar = turn.maps["polar"].to_dataset()
-        console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(turn.maps)[0]}")
+        console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered_share(turn.maps)[0]}")
 
     home = store_of_echoes(echoes)[0].parent
     folder = out or home
@@ -268,8 +268,8 @@ def retrieve(
         )
         with xr.open_datatree(found.maps) as opened:
             maps = opened.load()
-        said = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
-        page = retrieved_page(maps, found.findings, said, found.echoes.attrs, echoes.name)
+        summary = [*_answered_share(maps), f"sea state: {in_words(sea_state(maps))}"]
+        page = retrieved_page(maps, found.findings, summary, found.echoes.attrs, echoes.name)
         write_whole(folder / RETRIEVED, page)
         heading = headings(found.echoes, maps["ground"].to_dataset()["turn"].values)
         written = [
@@ -279,7 +279,7 @@ def retrieve(
     for finding in found.findings:
         if finding.verdict in grave:
             console.print(f"{grave[finding.verdict]}: {finding.line}")
-    console.print(*said, found.maps, folder / RETRIEVED, *written, sep="\n")
+    console.print(*summary, found.maps, folder / RETRIEVED, *written, sep="\n")
     return 0
 
 
@@ -309,7 +309,7 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
     raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
 
 
-def _answered(maps: xr.DataTree) -> list[str]:
+def _answered_share(maps: xr.DataTree) -> list[str]:
     """How much of the maps holds heights, and what kept the rest from it, if that is all."""
     import numpy as np
 

@@ -20,7 +20,7 @@ class Stops:
     """The handlers of both signals, from `begin` to `end`. A signal that the process was started to ignore stays so."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.requested = False
         self._before: dict[int, Any] = {}
         self._hook = sys.unraisablehook
 
@@ -41,14 +41,14 @@ class Stops:
 
         Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """
-        interrupted, self.asked = self.asked, True
+        interrupted, self.requested = self.requested, True
         sys.unraisablehook = (lambda _: None) if process and interrupted else self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
 
     def _stop(self, *_: object) -> None:
-        if not self.asked:
-            self.asked = True
+        if not self.requested:
+            self.requested = True
             raise KeyboardInterrupt
 
     def _stop_again(self, *_: object) -> None:

@@ -118,7 +118,7 @@ class Design:
         return max(self.spacing, float(np.sqrt(4.0 * np.pi)) * self.pulse)
 
     def turn(self, paths: int) -> Array:
-        """By how much [rad] the phase of mean sea level turns within the pulse's spread, (gate,)."""
+        """The angle [rad] by which the phase of mean sea level turns within the pulse's spread, (gate,)."""
         return _turn(paths, self.wavelength, self.baseline, self.height, self.pulse, self.ranges)
 
 

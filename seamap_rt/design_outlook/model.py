@@ -154,16 +154,16 @@ def estimate_outlook(scene: Scene) -> Outlook:
     (start, stop), beside = radar.sector_deg, 180.0 / LOOKS  # looks less than half a step beside the sector count
     inside = np.flatnonzero((looks - start + beside) % 360.0 <= min(360.0, stop - start + 2.0 * beside))
     counts = visible > _HALF
-    heard = _above_noise(design, _rows(nrcs, window) * unity, settings.min_snr_db)
+    above_noise = _above_noise(design, _rows(nrcs, window) * unity, settings.min_snr_db)
     spectrum = Spectrum.of(waves)
-    known = (information(design, spectrum, snr) * heard).mean(axis=1)
+    known = (information(design, spectrum, snr) * above_noise).mean(axis=1)
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
     moves = ""
     if motion is not None:
         error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
         moves = motion.in_words(design, waves)
-    sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
+    sure = above_noise * (1.0 - ambiguous_share(design, sea, slope)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -299,7 +299,7 @@ def outlook_rows(found: Outlook) -> Iterator[str]:
 
 
 def _half_visible(found: Outlook) -> str:
-    """To how far half of the water is visible to light and to a radar in each polarization, or why to none."""
+    """The range to which half of the water is visible to light and to a radar in each polarization, or why to none."""
     words: dict[str, list[str]] = {}
     shares = found.profile["visible_fraction"], *found.radar_visible
     for (name, key), share in zip(_HALF_RANGES.items(), shares, strict=True):
@@ -310,7 +310,7 @@ def _half_visible(found: Outlook) -> str:
 
 
 def _mean(values: NDArray[np.float64]) -> float:
-    """Of those that are numbers; NaN where there are none."""
+    """The mean of those that are numbers; NaN where there are none."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if known.size else np.nan
 
@@ -321,5 +321,5 @@ def _share(value: float) -> str:
 
 
 def _format_with_floor(value: float, least: float) -> str:
-    """With two digits; what is less than the least that counts is none."""
+    """A value with two digits; one below the least that counts is written as none."""
     return f"<{least:g}" if value < least else written(value, 2)

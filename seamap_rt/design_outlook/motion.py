@@ -139,13 +139,13 @@ class Motion:
         return f"{lean}° rms of lean along a look, {written(wrong, 2)} m rms of height at {at:.0f} m by its sensors"
 
     def height_variance(self, design: Design, waves: Waves) -> Array:
-        """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""
+        """Variance [m²] (look, gate) of the heights by the sensors' errors."""
         ground, k = design.ground, waves.wavenumber
         averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)
         away = np.sqrt(2.0 * (self.aside + aside) + ground**2 * (self.heading + heading))
-        kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
-        displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
+        variance = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
+        displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ variance
         return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced
 
 

@@ -64,7 +64,7 @@ class Waves(NamedTuple):
 
     @property
     def slope_variance(self) -> float:
-        """In one direction, the mean over all."""
+        """Slope variance in one direction, the mean over all."""
         return 0.5 * float(np.sum(self.variance.sum(axis=1) * self.wavenumber**2))
 
 
@@ -87,7 +87,7 @@ class Strips:
 
 
 def azimuths() -> Array:
-    """Of the looks, deg."""
+    """Azimuths of the looks, deg."""
     return (np.arange(LOOKS) + 0.5) * 360.0 / LOOKS
 
 

@@ -106,9 +106,9 @@ class _ColumnExpectation:
         covariance = np.zeros((len(self.crossed), count, gates), dtype=np.complex128)
         unit_phasors = self._unit_phasors(paths)
         for block in self.gating.blocks:
-            heard = self.gating.weights(block, paths.length)
-            heard = heard.astype(np.complex128 if np.iscomplexobj(heard) else np.float64)
-            volts = [h * a[:, block.facets, None] for h, a in zip(heard, paths.amplitude, strict=True)]
+            weights = self.gating.weights(block, paths.length)
+            weights = weights.astype(np.complex128 if np.iscomplexobj(weights) else np.float64)
+            volts = [h * a[:, block.facets, None] for h, a in zip(weights, paths.amplitude, strict=True)]
             for pair, voltage in enumerate(volts):
                 power[pair, :, block.gates] = np.einsum("cfg,cfg->cg", voltage, voltage.conj()).real
             for which, (p, q) in enumerate(self.crossed):
@@ -226,8 +226,8 @@ class ProcessedGating:
             table = Chirp(radar).response(offsets)
         else:
             digital = DigitalReceiver(radar)
-            heard = response(digital.sample_range - offsets[:, None])
-            table = digital.ideal(heard[:, None].astype(np.complex128))[:, 0]
+            samples = response(digital.sample_range - offsets[:, None])
+            table = digital.ideal(samples[:, None].astype(np.complex128))[:, 0]
         self._table = table.astype(np.complex64)
         self._table[-1] = 0.0
         self.blocks = [GateBlock(slice(0, self.range.size), slice(0, facets.distance.size))]

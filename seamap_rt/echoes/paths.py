@@ -241,18 +241,18 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, cu
     """
     tables, which = cuts
     antennas, begin = ranges.shape[0], 0
-    root, heard = np.zeros(_FACETS), np.zeros((antennas, _FACETS))
+    root, pattern = np.zeros(_FACETS), np.zeros((antennas, _FACETS))
     while begin < column.size:
         c, count = column[begin], _same_column_count(column, begin)
         for n in range(count):
             root[n] = np.sqrt(float(rcs[c, facet[begin + n]]))
         for antenna in range(antennas):
-            _fill_elevation_cut(c, facet, begin, count, lit[antenna], sine, tables[which[antenna]], heard[antenna])
+            _fill_elevation_cut(c, facet, begin, count, lit[antenna], sine, tables[which[antenna]], pattern[antenna])
         for path in range(paths.shape[0]):
             i, j, constant = paths[path, 0], paths[path, 1], constants[path]
             for n in range(count):
                 value = constant * root[n] / (ranges[i, begin + n] * ranges[j, begin + n])
-                out[path, begin + n] = value * heard[i, n] * heard[j, n]
+                out[path, begin + n] = value * pattern[i, n] * pattern[j, n]
         begin += count
 
 

@@ -127,9 +127,9 @@ class SeaSurface:
         received = power * two_way_power(facets)
         target = np.broadcast_to(self.mean(facets), power.shape)
         # What lies nearer than the gates gives no echo, and would bias the fit.
-        heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
-        grazing, area = self.grazing(facets)[heard], facets.horizontal_area[heard]
-        received, target = (each[columns][:, heard] for each in (received, target))
+        in_window = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
+        grazing, area = self.grazing(facets)[in_window], facets.horizontal_area[in_window]
+        received, target = (each[columns][:, in_window] for each in (received, target))
         wind = self.wind(facets)[columns] if MEAN_MODELS[model].knows_wind_direction else None
         scale = fit_scale(received, area, target, grazing, wind, degree=_DEGREE)
         return replace(known, scale=scale)
@@ -275,7 +275,7 @@ class ReachedFacets(NamedTuple):
 
     @classmethod
     def of_block(cls, reached: NDArray[np.bool_], begin: int, end: int) -> ReachedFacets:
-        """Of reached (column, facet), from one column to another."""
+        """The reached facets of the columns from `begin` to `end`. reached: (column, facet)."""
         part = reached[begin:end]
         place = np.flatnonzero(part)
         column = np.repeat(np.arange(len(part), dtype=np.int32), np.count_nonzero(part, axis=1))

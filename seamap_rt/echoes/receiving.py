@@ -42,7 +42,7 @@ class Magnetron:
 
     @classmethod
     def of(cls, radar: RadarSettings, pulses: Pulses, seed: int) -> Magnetron | None:
-        """None of a coherent transmitter."""
+        """The magnetron of a radar; None for a coherent transmitter."""
         if radar.transmitter == "coherent":
             return None
         keys = [random_streams.key(seed, Stream.TRANSMITTER, member) for member in (_PHASE, _CARRIER, _ERROR)]
@@ -195,8 +195,8 @@ def _measured_noise(radar: RadarSettings) -> float:
     spacing = float(np.diff(digital.sample_range[:2])[0])
     count = digital.sample_range.size
     noise = thermal_noise(radar, pulses, count, np.random.default_rng(_NOISE_SAMPLE_SEED), 1, spacing)
-    heard = digital(noise).voltage
-    return float(np.mean(np.square(np.abs(heard), dtype=np.float64)))
+    voltage = digital(noise).voltage
+    return float(np.mean(np.square(np.abs(voltage), dtype=np.float64)))
 
 
 def add_noise(

@@ -146,7 +146,7 @@ class TwoWayBeams:
 
 @cache_by_radar(maxsize=8)
 def two_way_beams(radar: RadarSettings) -> TwoWayBeams:
-    """Those of the radar's mode."""
+    """The two-way beams of the radar's mode."""
     array = antenna_array(radar)
     reach = float(np.sin(np.radians(min(90.0, _REACH * array.beam_deg))))
     alike = len({element.antenna.azimuth for element in array.elements}) == 1

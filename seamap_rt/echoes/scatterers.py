@@ -96,8 +96,8 @@ def scatterer_voltages(
                 half, response = 0.5 * (out + back), samples.responses[array.path(sender, receiver)]
                 low = int(np.searchsorted(ranges, half.min() - samples.support_m))
                 high = int(np.searchsorted(ranges, half.max() + samples.support_m))
-                heard = response(ranges[low:high] - half[:, None])
-                voltages[chosen[mine], receiver, low:high] += volts[:, None] * heard
+                weights = response(ranges[low:high] - half[:, None])
+                voltages[chosen[mine], receiver, low:high] += volts[:, None] * weights
     if samples.compress is not None:
         voltages = samples.compress(voltages)
     voltages = voltages.astype(np.complex64)

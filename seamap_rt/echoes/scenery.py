@@ -61,7 +61,7 @@ class EchoingObject:
 
     @classmethod
     def of(cls, settings: ObjectSettings, number: int, mesh: trimesh.Trimesh) -> EchoingObject | None:
-        """None if the object echoes nothing."""
+        """The object with its echo; None if it echoes nothing."""
         return None if settings.rcs_dbsm is None else cls(number, mesh, float(from_db(settings.rcs_dbsm)))
 
     @property
@@ -300,7 +300,7 @@ class Scenery:
         centres, azimuth = pose.positions, pulses.azimuth
 
         def sees(eyes: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
-            """Over the sea, and past the boat's own structure."""
+            """Whether there is sight over the sea and past the boat's own structure."""
             seen = skyline.sees(eyes, ends)
             if self._boat.occluder.bodies:
                 at = passing(ends, pose.origin, pulses.azimuth)

@@ -207,8 +207,8 @@ class ReceiveGeometry:
         first = np.zeros(passing.size, dtype=int)
         if np.isfinite(self.reach_s):
             first = np.ceil((passing - self.reach_s - self.nodes.time[0]) / self.nodes.spacing_s).astype(int)
-        heard = first[:, None] + np.arange(self.window)  # may lie before the first node, or after the last
-        seconds = self.nodes.time[0] + heard * self.nodes.spacing_s - passing[:, None]
+        node = first[:, None] + np.arange(self.window)  # may lie before the first node, or after the last
+        seconds = self.nodes.time[0] + node * self.nodes.spacing_s - passing[:, None]
         low = int(first.min())
         paths = np.array(self.installation.array.paths)
         kinds = self.speckle.modes(columns, seconds[:, 0])
@@ -230,7 +230,7 @@ class ReceiveGeometry:
             ),
             geometry=Geometry(paths, radar_wavenumber(self.installation.radar.frequency_hz), self.nodes.spacing_s),
             response=self._response,
-            beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
+            beam=self._beam(columns, np.clip(node, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
 
     @cached_property

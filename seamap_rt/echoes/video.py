@@ -63,10 +63,10 @@ def polar_image(echoes: xr.Dataset, radar: RadarSettings, attributes: dict[str, 
     attributes: what the ship says of its speed and the wind.
     """
     voltage = echoes["voltage"].values
-    heard = voltage[:, 0]
+    received = voltage[:, 0]
     for other in range(1, voltage.shape[1]):
-        heard = np.where(np.isnan(heard), voltage[:, other], heard)
-    counts = video(radar, heard, echoes["range"].values)
+        received = np.where(np.isnan(received), voltage[:, other], received)
+    counts = video(radar, received, echoes["range"].values)
     pulses = radar.receiver.video_pulses
     middle = np.arange(len(counts)) * pulses + pulses // 2
     east, north = echoes["position"].values[middle].mean(axis=1)[:, :2].T

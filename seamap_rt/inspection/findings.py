@@ -16,7 +16,7 @@ Verdict = Literal["good", "doubtful", "wrong", "unknown"]
 
 
 class Finding(NamedTuple):
-    """Of one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be found from this data."""
+    """A finding on one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be found from this data."""
 
     what: str
     verdict: Verdict
@@ -44,7 +44,7 @@ _STEEPEST = 0.5  # of the mast's height, by the waves' standard deviation: as hi
 
 
 def heights(polar: xr.Dataset, mast: float) -> list[Finding]:
-    """Of polar maps; mast: height of the antennas, m."""
+    """Findings on the heights of polar maps. mast: height of the antennas, m."""
     height = polar["height"].values
     known = np.isfinite(height)
     share = float(known.mean())
@@ -81,7 +81,7 @@ _JUMP = 1.0  # beam widths
 
 
 def scan(echoes: xr.Dataset) -> list[Finding]:
-    """Of all turns; time and azimuth are read, voltages are not."""
+    """Findings on the scan of all turns; time and azimuth are read, voltages are not."""
     time, azimuth = (np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth"))
     turn = np.asarray(echoes["turn"].values)
     missing = _missing(echoes, time, turn)
@@ -158,7 +158,7 @@ _LEAST_SPAN = 1.5  # ratio of the ranges that a power law is fitted to
 
 
 def signal(turn: xr.Dataset, polar: xr.Dataset) -> list[Finding]:
-    """Of one turn's echoes, voltages loaded, and the polar maps of it."""
+    """Findings on one turn's echoes, voltages loaded, and its polar maps."""
     voltage = turn["voltage"].values
     finite = np.isfinite(voltage)
     power = np.real(voltage).astype(np.float64) ** 2 + np.imag(voltage).astype(np.float64) ** 2
@@ -213,7 +213,7 @@ def _saturation(turn: xr.Dataset, polar: xr.Dataset) -> Finding:
 
 
 def _coherence(polar: xr.Dataset) -> Finding:
-    """Of strong echoes, which noise does not decorrelate, in the best ring: near by a long baseline does."""
+    """Coherence of strong echoes, which noise does not decorrelate, in the best ring: near by a long baseline does."""
     what = "coherence of the receivers"
     coherence, snr, distance = (polar[name].values for name in ("coherence", "snr_db", "ground_range"))
     strong = np.isfinite(coherence) & np.isfinite(distance) & (np.isnan(snr) | (snr > _STRONG_DB))

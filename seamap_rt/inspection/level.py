@@ -59,7 +59,7 @@ class Level:
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> Level | None:
-        """Of all turns of a polar map; None where too few cells have heights."""
+        """The level of all turns of a polar map; None where too few cells have heights."""
         height, distance = (polar[name].values.astype(np.float64) for name in ("height", "ground_range"))
         known = np.isfinite(height) & np.isfinite(distance)
         known &= (polar["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0

@@ -27,7 +27,7 @@ _SURE = 0.2  # of what both maps hold: less says nothing
 
 
 def motion(maps: xr.DataTree, wind_from_deg: float | None = None) -> list[Finding]:
-    """Of maps of one turn or several. wind_from_deg: where it is known."""
+    """Findings on how the waves drift and run, by maps of one turn or several. wind_from_deg: where it is known."""
     polar = group_of(maps, "maps/polar")
     axis = _mean(sea_state(maps)["mean_axis"].values, 2)
     turns = (TurnSpectrum.of(polar.isel(turn=turn), water_of(polar.attrs)) for turn in range(polar.sizes["turn"]))

@@ -37,7 +37,7 @@ _WHAT = "receivers' samples"
 
 
 def receivers(turn: xr.Dataset) -> Finding:
-    """Of one turn's echoes, voltages loaded. The gravest of what is found, in this order."""
+    """The gravest finding on the receivers by one turn's echoes, voltages loaded; checks run in this order."""
     lower, upper, both = _samples(turn)
     turning = str(turn.attrs.get("scan", "turning")) == "turning"
     return (
@@ -157,25 +157,25 @@ _MAGNETRON = (
 
 
 def transmitter(turn: xr.Dataset) -> Finding:
-    """Of one turn's echoes, voltages loaded."""
+    """The finding on the transmitter by one turn's echoes, voltages loaded."""
     what = "phase from pulse to pulse"
     runs = _runs(turn)
     if runs is None:
         return Finding(what, "unknown", "too few strong echoes last from one pulse to the next")
-    lasting, kept = runs
+    lasting, left = runs
     magnetron = str(turn.attrs.get("transmitter", "coherent")) == "magnetron"
     measured = magnetron and bool(turn.attrs.get("coherent_on_receive", 0))
-    says = f"the transmitter leaves {kept:.2f} of it, where {lasting:.2f} of the echo lasts"
+    says = f"the transmitter leaves {left:.2f} of it, where {lasting:.2f} of the echo lasts"
     if magnetron and not measured:
-        if kept < _RANDOM:
+        if left < _RANDOM:
             return Finding(what, "good", f"{says}: random, as of a magnetron, and not used")
         remedy = "set transmitter = 'coherent' in the header, or coherent_on_receive, to have velocities"
         return Finding(what, "unknown", f"{says}: it could be used", remedy)
     stated = np.radians(float(turn.attrs.get("transmit_phase_error_deg", 0.0))) if measured else 0.0
-    if kept > _STEADY * np.exp(-(stated**2)):
+    if left > _STEADY * np.exp(-(stated**2)):
         return Finding(what, "good", says)
-    if kept > _RANDOM:
-        return Finding(what, "doubtful", f"{says}, as errors of {np.degrees(np.sqrt(-np.log(kept))):.0f}° do", _MEASURE)
+    if left > _RANDOM:
+        return Finding(what, "doubtful", f"{says}, as errors of {np.degrees(np.sqrt(-np.log(left))):.0f}° do", _MEASURE)
     remedy = _MEASURE if measured else _MAGNETRON
     return Finding(what, "wrong", f"{says}: each pulse has a phase of its own, and velocities mean nothing", remedy)
 
@@ -185,8 +185,8 @@ def _runs(turn: xr.Dataset) -> tuple[float, float] | None:
     direction is to hold over a run of pulses, freed of what as many random ones leave. None where there are too few."""
     voltage, sender = turn["voltage"].values, np.asarray(turn["transmitter"].values)
     time, interval = np.asarray(turn["time"].values, dtype=np.float64), 1.0 / float(turn.attrs["prf_hz"])
-    heard = sampled(voltage)[:, 0]
-    early, late = _next_pulses(heard, sender, time, interval)
+    received = sampled(voltage)[:, 0]
+    early, late = _next_pulses(received, sender, time, interval)
     early, late = early[:_MOST_PAIRS], late[:_MOST_PAIRS]
     if early.size < _PULSES * _FEWEST:
         return None

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .growing_store import Closing, GrowingStore, is_field, naming
+from .growing_store import ClosedOnExit, GrowingStore, is_field, name_in_errors
 from .opening import open_tree
-from .process import uninterrupted
+from .process import hold_interruptions
 from .results_folder import FILE, hidden_store, remove_tree
 
 
-class AppendableNetCDF(Closing):
+class AppendableNetCDF(ClosedOnExit):
     """A NetCDF file whose turns are kept in a hidden Zarr store beside it (`growing_store`) until it is closed.
 
     Whole turns stay readable after an exception. Nothing appears if there are none. Where the disk has no room for the
@@ -48,7 +48,7 @@ class AppendableNetCDF(Closing):
             self._store = GrowingStore(self._hidden, growing, {FILE: path}, compressed)
             self._take_back(whole)
         else:
-            self._store = GrowingStore.reopened(self._hidden, {FILE: path}, whole)
+            self._store = GrowingStore.reopen(self._hidden, {FILE: path}, whole)
         if self.complete < whole:
             raise FileNotFoundError(errno.ENOENT, f"no {whole} whole turns", str(path))
 
@@ -62,10 +62,10 @@ class AppendableNetCDF(Closing):
         Ctrl-C and SIGTERM wait. Raises OSError, and stays as it was, where the disk has no room for it.
         """
         groups = {"": data} if isinstance(data, xr.Dataset) else {str(n.name): n.to_dataset() for n in data.values()}
-        groups = {f"/{name}": self._rounded(dataset) for name, dataset in groups.items()}
+        groups = {f"/{name}": self._round_fields(dataset) for name, dataset in groups.items()}
         turns = next(each.sizes[self._growing[0]] for each in groups.values() if self._growing[0] in each.sizes)
         groups |= {f"/{name}": dataset for name, dataset in self._constant.items() if not self.complete}
-        with naming(self.path):
+        with name_in_errors(self.path):
             self._store.append({FILE: xr.DataTree.from_dict(groups)}, turns)
 
     def annotate(self, attributes: Mapping[str, Any]) -> None:
@@ -74,7 +74,7 @@ class AppendableNetCDF(Closing):
 
     def close(self) -> None:
         """Make the file of its turns. Ctrl-C and SIGTERM wait. OSError where the disk is full: then its turns stay."""
-        with uninterrupted(), naming(self.path):
+        with hold_interruptions(), name_in_errors(self.path):
             if self.complete:
                 self._store.write_files(self._attributes)
             remove_tree(self._hidden)
@@ -91,7 +91,7 @@ class AppendableNetCDF(Closing):
                 self._store.append({FILE: xr.DataTree.from_dict(groups)})
         self.path.unlink()
 
-    def _rounded(self, dataset: xr.Dataset) -> xr.Dataset:
+    def _round_fields(self, dataset: xr.Dataset) -> xr.Dataset:
         for name, variable in dataset.variables.items() if self._rounding else ():
             step = self._rounding.get(variable.attrs.get("units", ""))
             if step is not None and variable.dtype.kind == "f" and is_field(variable.dims, self._growing):

@@ -69,18 +69,18 @@ def to_unit(values: ArrayLike, declared: str | None, unit: str, what: str) -> ND
     given: NDArray[np.float64] = np.asarray(values)
     if declared is None or not str(declared).strip():
         return given
-    factor = conversion(str(declared), unit)
+    factor = conversion_factor(str(declared), unit)
     if factor is None:
         raise Refusal(f"{what}: is in '{declared}': must be in {unit}, or a unit of its kind; convert it")
     return given if factor == 1.0 else given * factor
 
 
-def conversion(declared: str, unit: str) -> float | None:
+def conversion_factor(declared: str, unit: str) -> float | None:
     """What makes numbers of a declared unit those of another; None where nothing does.
 
     A frequency of 2π rad/s is one of 1 Hz, and a density per Hz is 2π times one per rad/s.
     """
-    have, want = parsed(declared), parsed(unit)
+    have, want = parse_unit(declared), parse_unit(unit)
     if have is None or want is None:
         return None
     (size, powers), (base, wanted) = have, want
@@ -99,7 +99,7 @@ def conversion(declared: str, unit: str) -> float | None:
     return None
 
 
-def parsed(text: str) -> tuple[float, Mapping[str, int]] | None:
+def parse_unit(text: str) -> tuple[float, Mapping[str, int]] | None:
     """A unit's size in m, s, rad and kg, and its powers of length, time, angle and mass; None for what is no unit."""
     if len(text) > 80:
         return None
@@ -124,7 +124,7 @@ def parsed(text: str) -> tuple[float, Mapping[str, int]] | None:
                 return None
             outer.pop()
         else:
-            factor, dimensions = (float(token["number"]), {}) if token["number"] else _known(token["name"])
+            factor, dimensions = (float(token["number"]), {}) if token["number"] else _look_up_unit(token["name"])
             if token["number"] and token.start() > 0:  # m 2 is careless spelling, a number comes first
                 return None
             power = outer[-1] * sign * int(token["raised"] or token["power"] or 1)
@@ -139,7 +139,7 @@ def parsed(text: str) -> tuple[float, Mapping[str, int]] | None:
     return size, {name: power for name, power in powers.items() if power}
 
 
-def _known(name: str) -> tuple[float, Mapping[str, int]]:
+def _look_up_unit(name: str) -> tuple[float, Mapping[str, int]]:
     """A unit by its name, in capitals too; of size 0 if there is none."""
     plain = name.lower() if name.isupper() or (name.istitle() and len(name) > 2) or name == "Km" else name
     return _UNITS.get(name) or _UNITS.get(plain) or (0.0, {})
@@ -156,7 +156,7 @@ def plain_attributes(values: xr.Dataset) -> xr.Dataset:
     return values
 
 
-def decoded(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArray:
+def decode(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArray:
     """Numbers of an array by its attributes: packing is undone, dates are dates, what is missing is NaN, and of
     whole numbers that are not packed masked. Without such attributes the array itself. Raises InputError for what
     cannot be obeyed."""
@@ -169,10 +169,10 @@ def decoded(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArra
     if not declared and not dates:
         return values
     if values.dtype.kind == "c" and not dates:
-        real, imaginary = (decoded(part, attributes, name) for part in (np.real(values), np.imag(values)))
+        real, imaginary = (decode(part, attributes, name) for part in (np.real(values), np.imag(values)))
         return real + 1j * imaginary
     if values.dtype.names and not dates:
-        parts = {key: np.ma.asarray(decoded(values[key], attributes, name), np.float64) for key in values.dtype.names}
+        parts = {key: np.ma.asarray(decode(values[key], attributes, name), np.float64) for key in values.dtype.names}
         pair = np.empty(values.shape, [(key, np.float64) for key in parts])
         for key, part in parts.items():
             pair[key] = part.filled(np.nan)
@@ -194,7 +194,7 @@ def decoded(values: NDArray, attributes: Mapping[str, Any], name: str) -> NDArra
     return result
 
 
-def in_unit(values: NDArray, attributes: Mapping[str, Any], unit: str, name: str) -> NDArray:
+def convert_by_attributes(values: NDArray, attributes: Mapping[str, Any], unit: str, name: str) -> NDArray:
     """Decoded numbers in a unit, converted from the one that their attributes tell; dates stay dates."""
     declared = plain_attribute(attributes.get("units"))
     if values.dtype.kind in "mM" or declared is None:
@@ -202,7 +202,7 @@ def in_unit(values: NDArray, attributes: Mapping[str, Any], unit: str, name: str
     return to_unit(values, declared, unit, name)
 
 
-def within_valid_range(values: NDArray, attributes: Mapping[str, Any], packing: Mapping[str, Any]) -> NDArray:
+def mask_out_of_range(values: NDArray, attributes: Mapping[str, Any], packing: Mapping[str, Any]) -> NDArray:
     """Decoded numbers, NaN where they lie beyond valid_range, valid_min or valid_max. These are of the packed numbers
     where they have whole ones' type, and of the unpacked ones otherwise. packing: scale_factor, add_offset."""
     limits = {key: attributes[key] for key in ("valid_range", "valid_min", "valid_max") if key in attributes}

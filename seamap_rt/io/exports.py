@@ -73,7 +73,7 @@ class Origin:
 
 
 def origin_of(at: Origin | tuple[float, float] | str, name: str = "at") -> Origin:
-    """From LAT,LON as a text, or a pair of degrees. Raises InputError."""
+    """The origin from a text LAT,LON, or from a pair of degrees. Raises InputError."""
     if isinstance(at, Origin):
         return at
     parts = at.split(",") if isinstance(at, str) else at
@@ -106,7 +106,7 @@ def geotiff(bands: Mapping[str, NDArray], x: NDArray, y: NDArray, origin: Origin
     tags = [
         (_PIXEL_SCALE, _DOUBLE, 3, (dx, dy, 0.0)),
         (_TIE_POINT, _DOUBLE, 6, (0.0, 0.0, 0.0, float(x[0]) - 0.5 * dx, float(y[-1]) + 0.5 * dy, 0.0)),
-        *_keys(origin),
+        *_geo_keys(origin),
         (_GDAL_METADATA, _TEXT, 0, f"<GDALMetadata>{''.join([*items, *names])}</GDALMetadata>"),
         (_GDAL_NO_DATA, _TEXT, 0, "nan"),
     ]
@@ -124,7 +124,7 @@ def geotiff(bands: Mapping[str, NDArray], x: NDArray, y: NDArray, origin: Origin
     return file.getvalue()
 
 
-def _keys(origin: Origin) -> list[tuple[int, int, int, object]]:
+def _geo_keys(origin: Origin) -> list[tuple[int, int, int, object]]:
     doubles = (origin.longitude, origin.latitude, 0.0, 0.0)
     text = "azimuthal equidistant about the radar|"
     keys = [  # key, where its value is (0: here), how many, value or its place
@@ -199,7 +199,12 @@ def export(
             path.with_name(f"{path.stem}-{number}{path.suffix}"): placed.isel(turn=[place])
             for place, number in enumerate(placed["turn"].values)
         }
-    write = {"netcdf": _netcdf, "geotiff": _tiff, "csv": _csv, "cfradial": partial(_radial, maps, origin)}[chosen]
+    write = {
+        "netcdf": _write_netcdf,
+        "geotiff": _write_tiff,
+        "csv": _write_csv,
+        "cfradial": partial(_write_radial, maps, origin),
+    }[chosen]
     for name, held in files.items():
         try:
             write(name, held)
@@ -233,7 +238,7 @@ def placed_maps(
     )
     for name in (*FIELDS, "time"):
         placed[name].attrs["grid_mapping"] = "crs"
-    where = origin.places(*(_by_turn(polar, name) for name in ("antenna_x", "antenna_y")))
+    where = origin.places(*(_mean_of_turns(polar, name) for name in ("antenna_x", "antenna_y")))
     units = ("degrees_north", "degrees_east")
     for name, value, unit in zip(_POSITION, where, units, strict=True):
         placed[name] = ("turn", value, {"long_name": name.replace("_", " "), "units": unit})
@@ -260,21 +265,21 @@ def _attributes(standard: str, units: str, words: str) -> dict[str, str]:
     return {"standard_name": standard, "units": units, "long_name": words}
 
 
-def _by_turn(polar: xr.Dataset, name: str) -> NDArray[np.float64]:
+def _mean_of_turns(polar: xr.Dataset, name: str) -> NDArray[np.float64]:
     """(turn,) m; maps that do not say where the antenna was are of one that stands at the origin."""
     if name not in polar:
         return np.zeros(polar.sizes["turn"])
     return np.nan_to_num(polar[name].mean("azimuth", skipna=True).values)
 
 
-def _netcdf(path: Path, placed: xr.Dataset) -> None:
-    kept = {name: {"zlib": True, "complevel": 4, "_FillValue": np.nan} for name in (*FIELDS, "time")}
-    plain = {str(name): {"_FillValue": None} for name in (*placed.coords, *placed.data_vars) if name not in kept}
+def _write_netcdf(path: Path, placed: xr.Dataset) -> None:
+    packed = {name: {"zlib": True, "complevel": 4, "_FillValue": np.nan} for name in (*FIELDS, "time")}
+    plain = {str(name): {"_FillValue": None} for name in (*placed.coords, *placed.data_vars) if name not in packed}
     with whole_file(path) as part:
-        placed.to_netcdf(part, engine="h5netcdf", encoding=kept | plain)
+        placed.to_netcdf(part, engine="h5netcdf", encoding=packed | plain)
 
 
-def _tiff(path: Path, placed: xr.Dataset) -> None:
+def _write_tiff(path: Path, placed: xr.Dataset) -> None:
     one = placed.isel(turn=0)
     time = one["time"].values
     facts: dict[str, Any] = {"turn": int(one["turn"])}
@@ -286,13 +291,13 @@ def _tiff(path: Path, placed: xr.Dataset) -> None:
     write_whole(path, geotiff(bands, one["x"].values, one["y"].values, Origin(*at), facts))
 
 
-def _radial(maps: xr.DataTree, origin: Origin, path: Path, placed: xr.Dataset) -> None:
+def _write_radial(maps: xr.DataTree, origin: Origin, path: Path, placed: xr.Dataset) -> None:
     """The polar maps of the turns that are placed."""
     polar = group_of(maps, "maps/polar").sel(turn=placed["turn"].values)
     write_radial_volume(path, polar, (origin.latitude, origin.longitude))
 
 
-def _csv(path: Path, placed: xr.Dataset) -> None:
+def _write_csv(path: Path, placed: xr.Dataset) -> None:
     """A line a cell whose height is known."""
     turn, row, column = np.nonzero(np.isfinite(placed["height"].values))
     heading = placed[_HEADING].values if _HEADING in placed else np.full(placed.sizes["turn"], np.nan)

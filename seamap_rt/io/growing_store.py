@@ -28,7 +28,7 @@ import zarr
 from zarr.core.sync import sync
 
 from ..errors import InputError
-from .process import quietly, uninterrupted
+from .process import hold_interruptions, suppress_complaints
 from .results_folder import DESCRIPTION, FINISHED, remove_tree, whole_file
 
 EVERY_CHUNK = "every_chunk_written"
@@ -47,7 +47,7 @@ _PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # higher levels gain 
 _GROWTH, _INDEX_BYTES = 1.01, 2**20  # of a file beside its values: what zlib cannot compress grows; trees of chunks
 
 
-class _Growing(NamedTuple):
+class _GrowingArray(NamedTuple):
     """An array that grows along an axis, by rows of which so many are whole. It has room for more."""
 
     array: zarr.Array
@@ -55,7 +55,7 @@ class _Growing(NamedTuple):
     whole: int = 0
 
     def shape(self, rows: int, of: tuple[int, ...] | None = None) -> tuple[int, ...]:
-        """Of the array, or as another one, with so many rows."""
+        """The array's shape, or another one, with so many rows."""
         shape = of or self.array.shape
         return *shape[: self.axis], rows, *shape[self.axis + 1 :]
 
@@ -68,7 +68,7 @@ class _Growing(NamedTuple):
         await self.array.async_array.setitem((slice(None),) * self.axis + (slice(self.whole, end),), values)
 
 
-class Closing(contextlib.AbstractContextManager[Any]):
+class ClosedOnExit(contextlib.AbstractContextManager[Any]):
     """A file, or a store, that is closed when its context is left, by an exception too."""
 
     close: Callable[[], None]
@@ -81,7 +81,7 @@ class Closing(contextlib.AbstractContextManager[Any]):
                 raise
 
 
-class GrowingStore(Closing):
+class GrowingStore(ClosedOnExit):
     """A Zarr store whose groups grow by whole turns, all or none of them.
 
     path: of the store. growing: names of the dimensions that grow; an array has one of them at most, and one that has
@@ -89,7 +89,7 @@ class GrowingStore(Closing):
     packed: their fields (a growing first dimension and others) are packed by zlib.
 
     Without a single turn it leaves nothing behind. Where the disk has no room for the files the store stays unfinished,
-    and `reopened` makes them. `complete` counts the whole turns.
+    and `reopen` makes them. `complete` counts the whole turns.
     """
 
     def __init__(
@@ -102,10 +102,10 @@ class GrowingStore(Closing):
         self.path, self.complete = path, 0
         self._dimensions, self._packed, self._files = tuple(growing), packed, files or {}
         self._root: zarr.Group | None = None
-        self._growing: dict[str, _Growing] = {}  # by the paths of the arrays
+        self._growing: dict[str, _GrowingArray] = {}  # by the paths of the arrays
 
     @classmethod
-    def reopened(cls, path: Path, files: Mapping[str, Path] | None = None, most: int | None = None) -> Self:
+    def reopen(cls, path: Path, files: Mapping[str, Path] | None = None, most: int | None = None) -> Self:
         """What a kill, or a full disk, has left of a store, to be closed or gone on with after at most so many turns.
 
         OSError, ValueError, KeyError where it is damaged.
@@ -119,8 +119,8 @@ class GrowingStore(Closing):
         store._root, store.complete = root, int(cast(int, root.attrs[COMPLETE]))
         own = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
         for name, member in root.members(max_depth=None) if store.complete else ():
-            if isinstance(member, zarr.Array) and (axis := store._axis(names_of(member))) is not None:
-                store._growing[name] = _Growing(cast(zarr.Array, own[name]), axis, member.shape[axis])
+            if isinstance(member, zarr.Array) and (axis := store._axis(dims_of(member))) is not None:
+                store._growing[name] = _GrowingArray(cast(zarr.Array, own[name]), axis, member.shape[axis])
         if most is not None and most < store.complete:
             store._mark({name: each._replace(whole=most) for name, each in store._growing.items()}, most)
         return store
@@ -131,11 +131,11 @@ class GrowingStore(Closing):
         A group may begin with a later turn, and has nothing of a turn in which it is None. Ctrl-C and SIGTERM wait.
         Raises OSError, and stays as it was, where the disk has no room for it, or somebody has removed a part of it.
         """
-        data = {name: _leaves(value) for name, value in turn.items() if value is not None}
-        with uninterrupted(), naming(self.path):
+        data = {name: _datasets_of(value) for name, value in turn.items() if value is not None}
+        with hold_interruptions(), name_in_errors(self.path):
             self._check()
             for name, leaves in data.items():
-                self._create(name, leaves)
+                self._create_group(name, leaves)
             after, writing = dict(self._growing), []
             for path, growing in self._growing.items():
                 top, _, below = path.partition("/")
@@ -146,7 +146,7 @@ class GrowingStore(Closing):
                         raise ValueError(f"{path}: {values.shape}, after others of {growing.array.shape}")
                     writing.append((growing, values))
                     after[path] = growing._replace(whole=growing.whole + values.shape[growing.axis])
-            _together(growing.write(values) for growing, values in writing)
+            _await_all(growing.write(values) for growing, values in writing)
             self._mark(after, self.complete + turns)
 
     def write_files(self, attributes: Mapping[str, Any] | None = None) -> None:
@@ -160,7 +160,7 @@ class GrowingStore(Closing):
 
     def close(self) -> None:
         """Make the files, and leave of the store what is whole. Ctrl-C and SIGTERM wait. Raises as `write_files`."""
-        with uninterrupted():
+        with hold_interruptions():
             if self.complete:
                 self.write_files()
                 self._finish()
@@ -170,31 +170,31 @@ class GrowingStore(Closing):
     def _axis(self, names: Iterable[Any]) -> int | None:
         return next((axis for axis, name in enumerate(names) if name in self._dimensions), None)
 
-    def _create(self, top: str, leaves: Mapping[str, xr.Dataset]) -> None:
+    def _create_group(self, top: str, leaves: Mapping[str, xr.Dataset]) -> None:
         """A group with all that does not grow."""
         if self._root is None:
             remove_tree(self.path)
             first = {COMPLETE: 0, FINISHED: 0, _DIMENSIONS: list(self._dimensions), _PACKS: self._packed}
             zarr.open_group(self.path, mode="w", zarr_format=3, attributes=first)
-            self._root = _consolidated(self.path)
-        if top in (described := _described(self._root)):
+            self._root = _consolidate(self.path)
+        if top in (described := _members_of(self._root)):
             return
         group, below = zarr.open_group(self.path, path=top, mode="w", zarr_format=3), [name for name in leaves if name]
-        group.attrs[ORDER], made = list(below), dict[str, _Growing]()
+        group.attrs[ORDER], made = list(below), dict[str, _GrowingArray]()
         for leaf, dataset in leaves.items():
             node = group.create_group(leaf) if leaf else group
             beside = " ".join(str(name) for name in dataset.coords if name not in dataset.dims)
             own = {EVERY_CHUNK: 1, ORDER: [*map(str, dataset.variables), *(() if leaf else below)]}
             own |= ({"coordinates": beside} if beside else {}) | ({COMPLETE: 0} if COMPLETE in dataset.attrs else {})
-            node.update_attributes(_plain(dataset.attrs) | own)
+            node.update_attributes(_json_attributes(dataset.attrs) | own)
             for name, variable in dataset.variables.items():
-                array, axis = self._created(node, str(name), variable), self._axis(variable.dims)
+                array, axis = self._create_array(node, str(name), variable), self._axis(variable.dims)
                 if axis is not None:
-                    made[array.path] = _Growing(array, axis)
-        described[top] = _consolidated(self.path, top).metadata
+                    made[array.path] = _GrowingArray(array, axis)
+        described[top] = _consolidate(self.path, top).metadata
         self._growing |= made
 
-    def _created(self, node: zarr.Group, name: str, variable: xr.Variable) -> zarr.Array:
+    def _create_array(self, node: zarr.Group, name: str, variable: xr.Variable) -> zarr.Array:
         axis, text = self._axis(variable.dims), variable.dtype.kind in "OUT"
         shape, chunks = list(variable.shape), [max(1, size) for size in variable.shape]
         if axis is not None:
@@ -210,22 +210,22 @@ class GrowingStore(Closing):
             config={"write_empty_chunks": True},  # zeros too: a chunk that is not there is lost
             compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
             dimension_names=[str(each) for each in variable.dims],
-            attributes=_plain(variable.attrs),
+            attributes=_json_attributes(variable.attrs),
         )
         if axis is None:
             array[...] = variable.values.astype(object) if text else variable.values
         return array
 
-    def _mark(self, after: dict[str, _Growing], complete: int) -> None:
+    def _mark(self, after: dict[str, _GrowingArray], complete: int) -> None:
         """Say in the description of the root, at once, how long all arrays are and how many turns are complete."""
         assert self._root is not None
         for path, growing in after.items():
             *groups, name = path.split("/")
-            held = _described(self._root)
+            held = _members_of(self._root)
             for each in groups:
-                held = _described(held[each])
+                held = _members_of(held[each])
             held[name] = growing.array.metadata.update_shape(growing.shape(growing.whole))
-        for group in _described(self._root).values():
+        for group in _members_of(self._root).values():
             if COMPLETE in group.attributes:
                 group.attributes[COMPLETE] = complete
         self._root = self._root.update_attributes({COMPLETE: complete, FINISHED: 0})
@@ -235,15 +235,15 @@ class GrowingStore(Closing):
         """Cut off what is not whole, and describe what is left: each group by itself, and all."""
         groups = zarr.open_group(self.path, mode="r", zarr_format=3)
         wanted = ((each.array, each.shape(each.whole)) for each in self._growing.values())
-        _together(array.async_array.resize(shape) for array, shape in wanted if array.shape != shape)
+        _await_all(array.async_array.resize(shape) for array, shape in wanted if array.shape != shape)
         for path in self.path.iterdir():
             if path.is_dir() and path.name not in groups:  # of a turn that was not marked
                 remove_tree(path)
         for name, group in groups.groups():
             if COMPLETE in group.attrs:
                 zarr.open_group(self.path, path=name, mode="r+", use_consolidated=False).attrs[COMPLETE] = self.complete
-            _consolidated(self.path, name)
-        _consolidated(self.path).update_attributes({FINISHED: 1})
+            _consolidate(self.path, name)
+        _consolidate(self.path).update_attributes({FINISHED: 1})
 
     def _check(self) -> None:
         """Zarr makes anew what somebody has removed, with zeros for turns that were there: the last ones must be."""
@@ -257,8 +257,8 @@ class GrowingStore(Closing):
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path / each))
 
 
-def _together(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
-    """What Zarr does to many arrays, in one call to its loop: one for each takes half as long again."""
+def _await_all(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
+    """Run what Zarr does to many arrays in one call of its loop: a call for each takes half as long again."""
 
     async def ended() -> list[BaseException | None]:
         return await asyncio.gather(*awaited, return_exceptions=True)
@@ -268,32 +268,32 @@ def _together(awaited: Iterable[Coroutine[Any, Any, None]]) -> None:
             raise error
 
 
-def _leaves(value: xr.Dataset | xr.DataTree) -> dict[str, xr.Dataset]:
-    """By their names below the group, whose own is empty."""
+def _datasets_of(value: xr.Dataset | xr.DataTree) -> dict[str, xr.Dataset]:
+    """Datasets by their names below the group; the group's own has an empty name."""
     if isinstance(value, xr.Dataset):
         return {"": value}
     own = {"": value.to_dataset()} if value.variables else {}
     return own | {str(node.name): node.to_dataset(inherit=False) for node in value.children.values()}
 
 
-def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def _json_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Attributes as JSON has them."""
     return {str(k): v.tolist() if isinstance(v, np.ndarray | np.generic) else v for k, v in attributes.items()}
 
 
-def _consolidated(path: Path, group: str | None = None) -> zarr.Group:
-    with quietly():  # format 3 does not speak of it yet
+def _consolidate(path: Path, group: str | None = None) -> zarr.Group:
+    with suppress_complaints():  # format 3 does not speak of it yet
         return zarr.consolidate_metadata(path, path=group, zarr_format=3)
 
 
-def _described(group: Any) -> dict[str, Any]:
+def _members_of(group: Any) -> dict[str, Any]:
     """What the description of a group, or of its metadata, says of its members."""
     held = getattr(group, "metadata", group).consolidated_metadata
     return cast(dict[str, Any], held.metadata)
 
 
 @contextlib.contextmanager
-def naming(path: Path) -> Iterator[None]:
+def name_in_errors(path: Path) -> Iterator[None]:
     """An error of the disk names the file, or the store, as the user knows it."""
     try:
         yield
@@ -325,7 +325,7 @@ def check_chunks(
         codecs = getattr(array.metadata, "codecs", ())
         plain = len(codecs) == 1 and type(codecs[0]).__name__ == "BytesCodec"  # stored as it is in memory, not packed
         expected = math.prod(array.chunks) * array.dtype.itemsize if plain else None
-        for key in _keys(array, lengths):
+        for key in _chunk_keys(array, lengths):
             size = held.get(key)
             if size is None and (every or name not in may_lack):
                 raise InputError(
@@ -336,14 +336,14 @@ def check_chunks(
                 raise InputError(f"'{path / name / key}': holds {size} bytes: must be {expected}; copy the store whole")
 
 
-def names_of(array: zarr.Array) -> tuple[str | None, ...]:
-    """Of its dimensions; empty where it says none."""
+def dims_of(array: zarr.Array) -> tuple[str | None, ...]:
+    """Names of an array's dimensions; empty where it gives none."""
     return tuple(getattr(array.metadata, "dimension_names", None) or ())
 
 
-def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
+def _chunk_keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
     """Names of the files of an array's chunks, or shards, one by one: a damaged shape may promise 10¹⁸ of them."""
-    names = names_of(array) or [""] * array.ndim
+    names = dims_of(array) or [""] * array.ndim
     lengths_here = [min(size, lengths.get(str(name), size)) for size, name in zip(array.shape, names, strict=True)]
     stored = array.shards or array.chunks
     counts = [math.ceil(length / max(1, chunk)) for length, chunk in zip(lengths_here, stored, strict=True)]
@@ -365,12 +365,12 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
     groups = {"": top} | {each: found for each, found in below.items() if isinstance(found, zarr.Group)}
     further: dict[str, zarr.Array] = {}
     for leaf, group in groups.items():
-        lengths = {str(d): n for _, each in group.arrays() for d, n in zip(names_of(each), each.shape, strict=True)}
+        lengths = {str(d): n for _, each in group.arrays() for d, n in zip(dims_of(each), each.shape, strict=True)}
         check_chunks(Path(str(cast(Any, root.store).root), name, leaf), lengths, ())
-        further |= {f"{leaf}/{n}": each for n, each in group.arrays() if not growing.isdisjoint(names_of(each))}
-    first = {f"/{leaf}": _first(group, growing) for leaf, group in groups.items()}
+        further |= {f"{leaf}/{n}": each for n, each in group.arrays() if not growing.isdisjoint(dims_of(each))}
+    first = {f"/{leaf}": _first_rows(group, growing) for leaf, group in groups.items()}
     unlimited = {leaf: [d for d in dataset.dims if d in growing] for leaf, dataset in first.items()}
-    encoding = {leaf: _layout(dataset, growing, packed) for leaf, dataset in first.items()}
+    encoding = {leaf: _chunk_layout(dataset, growing, packed) for leaf, dataset in first.items()}
     # In memory, as HDF5 itself may crash if it cannot write.
     made = xr.DataTree.from_dict(first).to_netcdf(engine="h5netcdf", encoding=encoding, unlimited_dims=unlimited)
     with whole_file(path) as part:
@@ -378,7 +378,7 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
         _reserve(part, sum(each.nbytes for each in further.values()))
         with h5py.File(part, "r+") as hdf5:
             for each, array in further.items():
-                axis = next(axis for axis, dim in enumerate(names_of(array)) if dim in growing)
+                axis = next(axis for axis, dim in enumerate(dims_of(array)) if dim in growing)
                 length, step, made = array.shape[axis], array.chunks[axis], cast(Any, hdf5[each])
                 made.resize(length, axis)
                 for start in range(0, length, step):
@@ -392,15 +392,15 @@ def write_netcdf(root: zarr.Group, name: str, path: Path, attributes: Mapping[st
             file.attrs.update(attributes or {})
 
 
-def _first(group: zarr.Group, growing: Collection[str]) -> xr.Dataset:
+def _first_rows(group: zarr.Group, growing: Collection[str]) -> xr.Dataset:
     """All that does not grow, and the first row of what does."""
     variables = {}
     for name in cast(list[str], group.attrs[ORDER]):
         if isinstance(array := group[name], zarr.Array):
-            values = np.asarray(array[tuple(slice(0, 1 if dim in growing else None) for dim in names_of(array))])
+            values = np.asarray(array[tuple(slice(0, 1 if dim in growing else None) for dim in dims_of(array))])
             of_its_type = {k: np.array(array.attrs[k], array.dtype) for k in _OF_ITS_TYPE if k in array.attrs}
             values = values.astype(object).astype(str) if values.dtype.kind == "T" else values
-            variables[name] = names_of(array), values, array.attrs.asdict() | of_its_type
+            variables[name] = dims_of(array), values, array.attrs.asdict() | of_its_type
     attributes = {k: v for k, v in group.attrs.items() if k not in OWN_ATTRIBUTES}
     beside = str(group.attrs.get("coordinates", "")).split()
     return xr.Dataset(variables, attrs=attributes).set_coords(beside)
@@ -411,7 +411,7 @@ def is_field(dims: tuple[Any, ...], growing: Collection[str]) -> bool:
     return len(dims) > 1 and dims[0] in growing
 
 
-def _layout(dataset: xr.Dataset, growing: Collection[str], packed: bool) -> dict[Any, dict[str, Any]]:
+def _chunk_layout(dataset: xr.Dataset, growing: Collection[str], packed: bool) -> dict[Any, dict[str, Any]]:
     """Chunks of what grows: one turn of a field, and many of what is short."""
     layout: dict[Any, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():

@@ -188,12 +188,12 @@ def check_gltf(content: bytes, beside: FileResolver) -> None:
     outside = [each["uri"] for each in buffers if not each.get("uri", "data:").startswith("data:")]
     held = len(content) + sum(len(beside[uri]) for uri in set(outside))
     accessors = document.get("accessors", [])
-    named = [sum(each["byteLength"] for each in document.get("bufferViews", [])), sum(map(_bytes_of, accessors))]
+    named = [sum(each["byteLength"] for each in document.get("bufferViews", [])), sum(map(_declared_bytes, accessors))]
     if max(named) > _OFTEN * held:
         raise InputError(f"declares {size(max(named))} of numbers and holds {size(held)}; export it anew")
     for each in accessors:
-        if "bufferView" in each and _bytes_of(each) > document["bufferViews"][each["bufferView"]]["byteLength"]:
-            raise InputError(f"has an accessor of {size(_bytes_of(each))} on fewer bytes; export it anew")
+        if "bufferView" in each and _declared_bytes(each) > document["bufferViews"][each["bufferView"]]["byteLength"]:
+            raise InputError(f"has an accessor of {size(_declared_bytes(each))} on fewer bytes; export it anew")
     corners = [sum(_corners(part, accessors) for part in mesh["primitives"]) for mesh in document.get("meshes", [])]
     instances = sum(corners[node["mesh"]] for node in nodes if "mesh" in node)
     if instances > _MOST_CORNERS:
@@ -214,7 +214,7 @@ def _check_tree(nodes: list[dict[str, Any]]) -> None:
                 raise InputError(f"has nodes more than {_DEEPEST} deep, or below themselves; join its parts")
 
 
-def _bytes_of(accessor: dict[str, Any]) -> int:
+def _declared_bytes(accessor: dict[str, Any]) -> int:
     return abs(int(accessor["count"])) * _COLUMNS[accessor["type"]] * _WIDTHS[accessor["componentType"]]
 
 

@@ -23,7 +23,7 @@ from ..errors import InputError, say_of
 from ..settings import ObjectSettings
 from .mesh_scenes import FileResolver, check_gltf, read_collada
 from .opening import LONG, read_bytes
-from .process import quietly, without_log
+from .process import suppress_complaints, suppress_log
 
 ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply", ".dae")
 Polygons = tuple[NDArray[np.float64], Any]  # vertices (n, 3), and rows of their places
@@ -83,7 +83,7 @@ def _mesh(content: bytes, settings: ObjectSettings, ending: str, number: int) ->
 def _read(content: bytes, path: Path, ending: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (n, 3) and triangles (m, 3) of all parts of a file, each where the file's own scene puts it."""
     try:
-        with quietly(), without_log("trimesh"):  # of materials and numbers: what matters is checked after
+        with suppress_complaints(), suppress_log("trimesh"):  # of materials and numbers: what matters is checked after
             vertices, faces = _READERS[ending](content, path)
             vertices = np.asarray(vertices, dtype=np.float64)
             return vertices, triangles_of(vertices, faces)
@@ -98,13 +98,13 @@ def _read(content: bytes, path: Path, ending: str) -> tuple[NDArray[np.float64],
     raise InputError(f"is damaged, or not what its ending says ({damage}); export the mesh anew")
 
 
-def _by_trimesh(content: bytes, ending: str, resolver: Any = None) -> Polygons:
+def _read_by_trimesh(content: bytes, ending: str, resolver: Any = None) -> Polygons:
     loaded = trimesh.load_scene(io.BytesIO(content), ending, resolver=resolver, process=False, skip_materials=True)
     mesh = loaded.to_mesh()
     return mesh.vertices, mesh.faces
 
 
-def _obj(content: bytes, _: Path) -> Polygons:
+def _read_obj(content: bytes, _: Path) -> Polygons:
     """Vertices and faces alone. Relative numbers count back from the last vertex before the face."""
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
@@ -126,12 +126,12 @@ def _obj(content: bytes, _: Path) -> Polygons:
     return np.array(vertices).reshape(-1, 3), faces
 
 
-def _ply(content: bytes, _: Path) -> Polygons:
+def _read_ply(content: bytes, _: Path) -> Polygons:
     """Faces as the file has them, whatever their corners. What is not UTF-8 in its text is a name or a remark."""
     end = content.find(b"end_header")
     end = end if end >= 0 and b"format ascii" not in content[:end] else len(content)
     try:
-        loaded = load_ply(io.BytesIO(_as_utf8(content, end)), fix_texture=False, skip_materials=True)
+        loaded = load_ply(io.BytesIO(_recode_to_utf8(content, end)), fix_texture=False, skip_materials=True)
     except ValueError as error:
         if "unexpected length" not in str(error):
             raise
@@ -148,15 +148,15 @@ def _ply(content: bytes, _: Path) -> Polygons:
     return vertices, faces["f1"] if getattr(faces, "dtype", np.dtype(float)).names else faces
 
 
-def _stl(content: bytes, _: Path) -> Polygons:
+def _read_stl(content: bytes, _: Path) -> Polygons:
     """Binary STL says in bytes 80 to 83 how many triangles of 50 bytes follow, and may begin with `solid` as well."""
     binary = len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
     if not binary and content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
         raise ValueError("neither text that begins with solid, nor as long as its triangles")
-    return _by_trimesh(content if binary else _as_utf8(content, len(content)), "stl")
+    return _read_by_trimesh(content if binary else _recode_to_utf8(content, len(content)), "stl")
 
 
-def _as_utf8(content: bytes, end: int) -> bytes:
+def _recode_to_utf8(content: bytes, end: int) -> bytes:
     """Text up to `end` that is not UTF-8 is taken as Latin-1, which has a letter for each byte: only names and remarks
     hold such ones, and to guess the encoding, as trimesh does, could swallow a digit beside them."""
     try:
@@ -166,14 +166,14 @@ def _as_utf8(content: bytes, end: int) -> bytes:
     return content
 
 
-def _gltf(content: bytes, path: Path) -> Polygons:
+def _read_gltf(content: bytes, path: Path) -> Polygons:
     beside = FileResolver(path.parent)
     check_gltf(content, beside)
-    return _by_trimesh(content, path.suffix[1:].lower(), beside)
+    return _read_by_trimesh(content, path.suffix[1:].lower(), beside)
 
 
 _READERS: dict[str, Callable[[bytes, Path], Polygons]] = {
-    ".stl": _stl, ".glb": _gltf, ".gltf": _gltf, ".obj": _obj, ".ply": _ply,
+    ".stl": _read_stl, ".glb": _read_gltf, ".gltf": _read_gltf, ".obj": _read_obj, ".ply": _read_ply,
     ".dae": lambda content, _: read_collada(content, 6 * MOST_TRIANGLES),
 }  # fmt: skip
 
@@ -200,7 +200,7 @@ def triangles_of(vertices: NDArray[np.float64], polygons: Any) -> NDArray[np.int
         fan = np.stack([np.zeros(count - 2, dtype=np.int64), np.arange(1, count - 1), np.arange(2, count)], axis=-1)
         made = corners[:, fan]
         if count > 3:
-            plane, convex = _in_their_planes(vertices[corners])
+            plane, convex = _project_to_planes(vertices[corners])
             work += count**2 * np.count_nonzero(~convex)
             if work > _MOST_WORK:
                 raise ValueError("too many corners of faces that are not convex; triangulate them")
@@ -210,7 +210,7 @@ def triangles_of(vertices: NDArray[np.float64], polygons: Any) -> NDArray[np.int
     return found
 
 
-def _in_their_planes(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _project_to_planes(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Polygons (n, k, 3) seen from where they turn anticlockwise, (n, k, 2), and which are convex."""
     with np.errstate(over="ignore", invalid="ignore"):
         about = corners - corners.mean(axis=1, keepdims=True)

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, say_of
 from .opening import LONG, read_bytes
-from .text import decode_text, finite_number, refuse_semicolons, refused
+from .text import bad_line, decode_text, finite_number, refuse_semicolons
 
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
@@ -55,7 +55,7 @@ class MotionRecord:
     def _spline(self) -> scipy.interpolate.CubicSpline:
         return scipy.interpolate.CubicSpline(self.time, np.concatenate((self.position, self.attitude), axis=1))
 
-    def at(self, times: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def pose_at(self, times: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (n, 3) and attitudes (n, 3) at times (n,) s. Raises InputError for a time beyond the record."""
         time = np.asarray(times, dtype=np.float64)
         beyond = ~((time >= self.time[0] - _BEYOND_S) & (time <= self.time[-1] + _BEYOND_S))
@@ -89,13 +89,13 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
             beyond = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > most)
             if beyond.size:
                 value = table[name][beyond[0]]
-                raise refused(lines[beyond[0]], f"{name} = {value:g}: must lie within ±{most:g}; correct it; {unit}")
+                raise bad_line(lines[beyond[0]], f"{name} = {value:g}: must lie within ±{most:g}; correct it; {unit}")
     zero = np.zeros_like(time)
     position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
     heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
     attitude = np.stack((table.get("roll_deg", zero), table.get("pitch_deg", zero), heading), axis=-1)
     record = MotionRecord(str(path), time, position, attitude)
-    start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else position[0]
+    start = record.pose_at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else position[0]
     return replace(record, position=position - start * (1.0, 1.0, 0.0))
 
 
@@ -106,7 +106,7 @@ def _table(text: str) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
     lines, values = [], []
     for number, cells in rows:
         if len(cells) != len(names):
-            raise refused(number, f"{len(cells)} values: must be {len(names)}, one a column; mend the line")
+            raise bad_line(number, f"{len(cells)} values: must be {len(names)}, one a column; mend the line")
         lines.append(number)
         values.append([finite_number(number, name, cell) for name, cell in zip(names, cells, strict=True)])
     table = np.array(values, dtype=np.float64).reshape(len(values), len(names))
@@ -128,12 +128,12 @@ def _names(line: int, header: list[str]) -> list[str]:
     names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in header]
     known = f"{', '.join(COLUMNS)} (or {', '.join(OTHER_NAMES)})"
     if "time_s" not in names:
-        raise refused(line, f"no column time_s: must be there; name the columns, by commas, of {known}")
+        raise bad_line(line, f"no column time_s: must be there; name the columns, by commas, of {known}")
     for written, name in zip(header, names, strict=True):
         if name not in COLUMNS:
-            raise refused(line, f"column '{written}': must be one of {known}; rename it or take it out")
+            raise bad_line(line, f"column '{written}': must be one of {known}; rename it or take it out")
         if names.count(name) > 1:
-            raise refused(line, f"column {name}: must be there once, under one name; take the other out")
+            raise bad_line(line, f"column {name}: must be there once, under one name; take the other out")
     return names
 
 
@@ -141,17 +141,17 @@ def _check_times(lines: list[int], time: NDArray[np.float64]) -> None:
     """Raise Refusal unless there are two readings or more, one after the other and without a gap."""
     if time.size < 2:
         last = lines[-1] if lines else 1
-        raise refused(last, f"the file holds {time.size} readings: must be at least 2; give a longer record")
+        raise bad_line(last, f"the file holds {time.size} readings: must be at least 2; give a longer record")
     step = np.diff(time)
     usual = float(np.median(step))
     most, shortest = LONGEST_GAP
     longest = max(most * usual, shortest)
     for after in (np.flatnonzero(step <= 0.0) + 1)[:1]:
         words = f"time_s = {time[after]:.10g}: must be later than {time[after - 1]:.10g}, the time before it; sort the "
-        raise refused(lines[after], f"{words}lines, and keep one of each time")
+        raise bad_line(lines[after], f"{words}lines, and keep one of each time")
     if usual > SLOWEST_STEP_S:
         words = f"a reading every {usual:.4g} s: must come at least every {SLOWEST_STEP_S:g} s; give a denser record"
-        raise refused(lines[1], f"{words}; times are in seconds")
+        raise bad_line(lines[1], f"{words}; times are in seconds")
     for after in (np.flatnonzero(step > longest * (1.0 + 1e-9)) + 1)[:1]:
         words = f"a gap of {step[after - 1]:.4g} s from {time[after - 1]:.10g} to {time[after]:.10g} s: must be at"
-        raise refused(lines[after], f"{words} most {longest:.4g} s; fill it, or cut the record there")
+        raise bad_line(lines[after], f"{words} most {longest:.4g} s; fill it, or cut the record there")

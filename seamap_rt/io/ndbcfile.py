@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import Refusal
-from .declared import to_unit, within_valid_range
+from .declared import mask_out_of_range, to_unit
 from .opening import open_dataset, open_file, read_unpacked
 from .spectrum_layouts import NO_DIRECTIONS, WANTED, frequencies_hz, wave_from_degrees
 from .text import plain_attribute, refuse_underscores
@@ -26,7 +26,7 @@ def open_ndbc(path: Path) -> Iterator[xr.DataArray | xr.Dataset]:
     with open_file(path, WANTED) as file:
         start = file.read(3)
     if start not in (b"CDF", b"\x89HD"):
-        yield _ndbc_text(path)
+        yield _open_ndbc_text(path)
         return
     with open_dataset(path, WANTED) as file:
         if not set(_NDBC_NAMES) <= set(file.data_vars):
@@ -34,11 +34,11 @@ def open_ndbc(path: Path) -> Iterator[xr.DataArray | xr.Dataset]:
         yield file[list(_NDBC_NAMES)].rename(frequency="freq")
 
 
-def moments_as_declared(spectrum: xr.Dataset) -> xr.DataArray:
+def convert_moments(spectrum: xr.Dataset) -> xr.DataArray:
     """A buoy's energy in m²/Hz, directions in degrees where waves come from, and shares, by what the file declares."""
     moments = {}
     for name, moment in spectrum.data_vars.items():
-        called, values = str(name), within_valid_range(moment.to_numpy(), moment.attrs, moment.encoding)
+        called, values = str(name), mask_out_of_range(moment.to_numpy(), moment.attrs, moment.encoding)
         if "dir" in str(name):
             values = wave_from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
         elif name == _NDBC_NAMES[0]:
@@ -48,7 +48,7 @@ def moments_as_declared(spectrum: xr.Dataset) -> xr.DataArray:
     return xr.Dataset(moments, attrs=spectrum.attrs).to_dataarray("moment").assign_coords(freq=hertz)
 
 
-def from_moments(spectrum: xr.DataArray) -> xr.DataArray:
+def density_from_moments(spectrum: xr.DataArray) -> xr.DataArray:
     """(freq, dir) of a buoy's (freq, moment): energy [m²/Hz], mean and principal direction [deg], lengths r1 and r2."""
     energy, mean, principal, r1, r2 = spectrum.transpose("moment", "freq").to_numpy().astype(np.float64)
     known = (mean <= 360.0) & (principal <= 360.0) & (r1 <= 1.0) & (r2 <= 1.0)  # not so: nan, or nines
@@ -57,12 +57,12 @@ def from_moments(spectrum: xr.DataArray) -> xr.DataArray:
     first, second = r1 * np.exp(1j * np.radians(mean)), r2 * np.exp(2j * np.radians(principal))
     harmonics = np.stack((first.real, first.imag, second.real, second.imag), axis=1)
     directions = np.arange(0.0, 360.0, _NDBC_STEP)
-    shares = _most_even(np.where(known[:, None], harmonics, 0.0), np.radians(directions))
+    shares = _maximum_entropy_shares(np.where(known[:, None], harmonics, 0.0), np.radians(directions))
     coordinates = {"freq": spectrum["freq"].to_numpy(), "dir": directions}
     return xr.DataArray(energy[:, None] * shares / _NDBC_STEP, coordinates, ("freq", "dir"), attrs=spectrum.attrs)
 
 
-def _most_even(harmonics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _maximum_entropy_shares(harmonics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Shares p (f, d) ≥ 0 of sum 1 with means (f, 4) of cos θ, sin θ, cos 2θ, sin 2θ, and the greatest entropy.
 
     That is p ∝ exp(λ · (cos θ, …)), of which λ maximises a concave function: Newton's steps, shortened where they are
@@ -87,12 +87,12 @@ def _most_even(harmonics: NDArray[np.float64], angle: NDArray[np.float64]) -> ND
     return shares
 
 
-def _ndbc_text(path: Path) -> xr.DataArray:
+def _open_ndbc_text(path: Path) -> xr.DataArray:
     """The five text files of a buoy, (time, freq, moment)."""
     from wavespectra.input.ndbc_ascii import read_file
 
     tables = []
-    for file in (path, *_ndbc_beside(path)):
+    for file in (path, *_companion_files(path)):
         refuse_underscores(read_unpacked(file, WANTED).decode("utf-8", "replace"), str(file))
         table = read_file(str(file)).drop(columns="Sep_Freq", errors="ignore").astype(np.float64)
         table.columns = [round(float(name), 7) for name in table.columns]
@@ -108,7 +108,7 @@ def _ndbc_text(path: Path) -> xr.DataArray:
     return xr.DataArray(np.stack(same, axis=-1), coordinates, ("time", "freq", "moment"))
 
 
-def _ndbc_beside(path: Path) -> list[Path]:
+def _companion_files(path: Path) -> list[Path]:
     """The files of mean direction, principal direction, r1 and r2 that belong to one of densities."""
     words = ("swdir", "swdir2", "swr1", "swr2")
     if re.search(r"data_spec|swden", path.name):

@@ -200,14 +200,14 @@ def read_npz(
     from numpy.lib.npyio import NpzFile
 
     with open_file(path, wanted, **rules) as opened, NpzFile(opened, allow_pickle=False) as file:
-        asked, need, archive = [name for name in names if name in file.files], 0, cast(Any, file.zip)
-        for name in asked:
+        found, need, archive = [name for name in names if name in file.files], 0, cast(Any, file.zip)
+        for name in found:
             with archive.open(name if name in archive.namelist() else f"{name}.npy") as array:
                 read = npy.read_array_header_1_0 if npy.read_magic(array) == (1, 0) else npy.read_array_header_2_0
                 shape, _, kind = read(array)
             need += math.prod(shape) * kind.itemsize
         check_declared_size(rules.get("named") or os.fspath(path), need, bytes_held(path))
-        return list(file.files), {name: file[name] for name in asked}
+        return list(file.files), {name: file[name] for name in found}
 
 
 def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:
@@ -259,10 +259,10 @@ def check_hdf5(file: h5py.File, called: str, rows: bool = False) -> None:
     file.id.links.visit(look, info=True)
     if problems:
         raise InputError(f"{called}: {problems[0]}, which is not read; save one file that holds all of it")
-    check_declared_size(called, need, min(stored, _held_by(file)))
+    check_declared_size(called, need, min(stored, _stored_bytes(file)))
 
 
-def _held_by(file: h5py.File) -> float:
+def _stored_bytes(file: h5py.File) -> float:
     try:
         return bytes_held(os.fsdecode(file.filename))
     except (OSError, ValueError, TypeError):  # an open file, or memory
@@ -271,11 +271,11 @@ def _held_by(file: h5py.File) -> float:
 
 def check_declared_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
     """Raise InputError where the arrays of these names, or in the groups of these names, do not fit together."""
-    check_declared_size(called, sum(_bytes_of(file[name]) for name in names if name in file), _held_by(file))
+    check_declared_size(called, sum(_declared_bytes(file[name]) for name in names if name in file), _stored_bytes(file))
 
 
-def _bytes_of(node: Any) -> int:
-    """Of an array of HDF5, or of all in a group."""
+def _declared_bytes(node: Any) -> int:
+    """Bytes that an array of HDF5 declares, or all arrays of a group."""
     import h5py
 
     if isinstance(node, h5py.Dataset):
@@ -297,7 +297,7 @@ def open_dataset(path: PathLike, wanted: str = "a NetCDF file", **options: Any) 
 
 
 def open_tree(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> xr.DataTree:
-    """As `open_dataset`, with all groups."""
+    """Open a file as `open_dataset` does, with all groups."""
     import xarray as xr
 
     return xr.open_datatree(path, engine=_netcdf_engine(path, wanted, options), **options)
@@ -311,7 +311,7 @@ def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
     need = opened.nbytes
     if h5py.is_hdf5(path):  # whose arrays may be longer than the dimensions that h5netcdf tells, and are read whole
         with h5py.File(path, "r") as file:
-            need = max(need, _bytes_of(file))
+            need = max(need, _declared_bytes(file))
     check_declared_size(called, need, bytes_held(path) if dense else None)
     return opened.load()
 
@@ -365,7 +365,7 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
             if name in _DESCRIPTIONS:
                 rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
                 content = read_json(file, f"{wanted} of regular files", **rules)
-                need += _least_read(content)
+                need += _least_access_bytes(content)
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows
                 if not stat.S_ISREG(os.lstat(file).st_mode):
@@ -374,14 +374,14 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
     check_declared_size(called, need, held)
 
 
-def _least_read(content: dict[str, Any]) -> int:
+def _least_access_bytes(content: dict[str, Any]) -> int:
     """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk. Of a group that
     describes its arrays ("consolidated metadata"), to all of them."""
     import numpy as np
 
     try:
         if "shape" not in content:
-            return sum(map(_least_read, content["consolidated_metadata"]["metadata"].values()))
+            return sum(map(_least_access_bytes, content["consolidated_metadata"]["metadata"].values()))
         grid = [
             content.get("chunk_grid", {}),
             *(each for each in content.get("codecs") or () if "shard" in each["name"]),

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, say_of
 from .opening import read_bytes
-from .text import decode_text, finite_number, is_wide, refuse_semicolons, refused
+from .text import bad_line, decode_text, finite_number, is_wide, refuse_semicolons
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -88,13 +88,13 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
         rows, gain_dbi, frequency_hz = read(full)
         for name in CUTS:
             if not rows[name]:
-                raise refused(max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
+                raise bad_line(max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
         azimuth, elevation = (_cut(name, rows[name]) for name in CUTS)
     return PatternFile(azimuth, elevation, gain_dbi, frequency_hz)
 
 
 def _reader(path: Path, lines: list[tuple[int, str]]) -> Callable[[list[tuple[int, str]]], Read]:
-    """By content; an ending decides for a file that has neither's words."""
+    """The reader by the file's content; the ending decides where the content has neither format's words."""
     if any(line.split()[0].upper().rstrip(":=") in _MSI_CUTS for _, line in lines):
         return _read_msi
     if path.suffix.lower() == ".csv" or (lines and "," in lines[0][1] and set(_COLUMNS) & set(_words(lines[0][1]))):
@@ -114,7 +114,7 @@ def _words(header: str) -> list[str]:
 def _number(line: int, name: str, text: str) -> float:
     value = finite_number(line, name, text)
     if name in _LEVELS and abs(value) > _MOST_DB:
-        raise refused(line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
+        raise bad_line(line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
     return value
 
 
@@ -126,19 +126,19 @@ def _read_csv(lines: list[tuple[int, str]]) -> Read:
     refuse_semicolons(head, header)
     columns = _words(header)
     if sorted(columns) not in (sorted(_COLUMNS), sorted((*_COLUMNS, "phase_deg"))):
-        raise refused(head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
+        raise bad_line(head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
     rows: dict[str, Rows] = {name: [] for name in CUTS}
     for number, line in lines[1:]:
         words = [word.strip() for word in line.split(",")]
         if len(words) != len(columns):
-            raise refused(number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
+            raise bad_line(number, f"{len(words)} values: must be {len(columns)}, as in the header; correct it")
         entry = dict(zip(columns, words, strict=True))
         cut = entry.pop("cut").lower()
         if cut not in CUTS:
-            raise refused(number, f"cut = {cut}: must be azimuth or elevation; correct it")
+            raise bad_line(number, f"cut = {cut}: must be azimuth or elevation; correct it")
         value = {name: _number(number, name, word) for name, word in entry.items()}
         if value.get("phase_deg"):
-            raise refused(
+            raise bad_line(
                 number, f"phase_deg = {value['phase_deg']:g}: must be 0, patterns are real; leave the column out"
             )
         rows[cut].append((number, value["angle_deg"], value["gain_db"]))
@@ -165,7 +165,7 @@ def _read_msi(lines: list[tuple[int, str]]) -> Read:
             cut = ""
         elif cut:
             if len(words) != 2:
-                raise refused(number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
+                raise bad_line(number, f"{len(words)} values: must be 2, an angle and an attenuation; correct it")
             angle, level = (
                 _number(number, name, word.replace(",", "."))
                 for name, word in zip(("angle", "attenuation"), words, strict=True)
@@ -173,7 +173,7 @@ def _read_msi(lines: list[tuple[int, str]]) -> Read:
             rows[cut].append((number, angle, level))
     for cut, (number, count) in promised.items():
         if count.isdecimal() and int(count) != len(rows[cut]):
-            raise refused(
+            raise bad_line(
                 number, f"{cut} cut: must have the {count} points announced, not {len(rows[cut])}; mend the file"
             )
     _check_order(rows)
@@ -189,7 +189,7 @@ def _gain_dbi(number: int, line: str) -> float | None:
     if match is None:
         if re.fullmatch(r"gain[:=\s]*", line, re.IGNORECASE):
             return None
-        raise refused(number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
+        raise bad_line(number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
     gain = _number(number, "GAIN", match[1].replace(",", "."))
     return gain if (match[2] or "dBd").lower() == "dbi" else gain + _DIPOLE_DBI
 
@@ -213,11 +213,11 @@ def _check_order(rows: dict[str, Rows]) -> None:
                 "within 360 of the first; end the cut there" if angle - points[0][1] > 360.0 else ""
             )  # fmt: skip
             if wrong:
-                raise refused(number, f"{name} cut: angle = {angle:g}: must be {wrong}")
+                raise bad_line(number, f"{name} cut: angle = {angle:g}: must be {wrong}")
             before = angle
         if 0 < len(points) < _FEWEST:
             words = f"{name} cut: {len(points)} points: must be at least {_FEWEST}; sample it finer"
-            raise refused(points[-1][0], words)
+            raise bad_line(points[-1][0], words)
 
 
 # ------------------------------------------------------------------------------------------------------------- the cuts
@@ -235,7 +235,7 @@ def _cut(name: str, rows: Rows) -> MeasuredCut:
     angles = angles[np.abs(angles) <= 90.0]
     highest = int(np.argmax(level))
     if angles.size == 0 or np.max(spline(angles)) < level[highest]:
-        raise refused(
+        raise bad_line(
             line[highest],
             f"{name} cut: its peak, at {angle[highest]:g}°: must be ahead, within ±90; count angles from boresight",
         )
@@ -262,12 +262,12 @@ def _check_reach(
         reach, why = min(90.0, _BEAMS * beamwidth_deg), f", {_BEAMS:g} of its beam widths at most"
     for end, side in ((0, -1.0), (-1, 1.0)):
         if side * angle[end] < reach - 1e-6:
-            raise refused(
+            raise bad_line(
                 line[end],
                 f"{name} cut: ends at {angle[end]:g}°: must reach {side * reach:.4g}°{why}; measure or extend it",
             )
     if name == "azimuth" and abs(peak) > (_BEAMS - 1.0) * beamwidth_deg:
-        raise refused(
+        raise bad_line(
             line[np.argmin(np.abs(angle - peak))],
             f"azimuth cut: its peak, at {peak:.4g}°: must be within {_BEAMS - 1.0:g} beam widths ({beamwidth_deg:.3g}° "
             "each) of boresight; count angles from it",

@@ -121,24 +121,24 @@ def write_polar_image(path: str | os.PathLike[str], image: xr.Dataset) -> None:
     for place, sample in enumerate(_COUNTER):
         digit = (swept.astype(np.int64) >> (8 - 4 * place)) & 15
         words[:, sample] |= digit.astype(np.uint16) << _FLAGS
-    said = image.attrs
-    begun = datetime.fromisoformat(said["start"]) if "start" in said else _EPOCH
+    ship = image.attrs
+    begun = datetime.fromisoformat(ship["start"]) if "start" in ship else _EPOCH
     begun += timedelta(seconds=float(image["time"][0]))
     first = {name: np.nan_to_num(float(image[name][0])) for name in ("heading", "latitude", "longitude")}
     stamp = (
-        f"F0001  {begun:%m-%d-%Y}  {begun:%H:%M:%S.%f} {first['heading']:06.2f} {said['ship_speed_m_s'] / _KNOT:06.2f} "
-        f"{said['turn_s']:.6f}  {_degrees_minutes(first['latitude'], 'NS')}  "
+        f"F0001  {begun:%m-%d-%Y}  {begun:%H:%M:%S.%f} {first['heading']:06.2f} {ship['ship_speed_m_s'] / _KNOT:06.2f} "
+        f"{ship['turn_s']:.6f}  {_degrees_minutes(first['latitude'], 'NS')}  "
         f"{_degrees_minutes(first['longitude'], 'EW')} "
-        f"{first['heading']:06.2f} {said['wind_speed_m_s']:06.2f} {said['wind_from_deg']:06.2f}"
+        f"{first['heading']:06.2f} {ship['wind_speed_m_s']:06.2f} {ship['wind_from_deg']:06.2f}"
     )
     lines = [
-        f"USER {said['radar'] or 'seamap_rt'}",
+        f"USER {ship['radar'] or 'seamap_rt'}",
         f"SFREQ {SPEED_OF_LIGHT / _AIR / (2e6 * (ranges[1] - ranges[0])):.9f} CC [MHz]",
         f"SDRNG {ranges[0]:.6f} CC [m]",
         f"FIFO {ranges.size} CC samples",
-        f"RPT {said['turn_s']:.6f} CC [s]",
+        f"RPT {ship['turn_s']:.6f} CC [s]",
         f"BO2RA {(azimuth[0] - first['heading']) % 360.0:.6f} CC [deg]",
-        f"WINDT {int(said['wind_is_true'])}",
+        f"WINDT {int(ship['wind_is_true'])}",
         stamp,
         "EOH   CC END",
         f"{words.nbytes:10d}",

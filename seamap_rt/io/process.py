@@ -19,7 +19,7 @@ from ..errors import one_line
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def hold_interruptions() -> Iterator[None]:
     """Hold Ctrl-C and SIGTERM back while a turn is written, so that every file ends with the same turn."""
     held: list[int] = []
     before = {}
@@ -41,11 +41,11 @@ def suppress_close_errors() -> Iterator[None]:
     """No line of a file that its library cannot even close: h5netcdf's destructor raises then, and Python prints it."""
     hook = sys.unraisablehook
 
-    def heard(lost: sys.UnraisableHookArgs) -> None:
+    def pass_on(lost: sys.UnraisableHookArgs) -> None:
         if issubclass(lost.exc_type, KeyboardInterrupt):  # nor is an interruption lost
             hook(lost)
 
-    sys.unraisablehook = heard
+    sys.unraisablehook = pass_on
     try:
         yield
     finally:
@@ -53,8 +53,8 @@ def suppress_close_errors() -> Iterator[None]:
 
 
 @contextmanager
-def without_log(library: str) -> Iterator[None]:
-    """Nothing of what a library logs."""
+def suppress_log(library: str) -> Iterator[None]:
+    """Keep a library from logging."""
     logger = logging.getLogger(library)
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -65,8 +65,8 @@ def without_log(library: str) -> Iterator[None]:
 
 
 @contextmanager
-def quietly() -> Iterator[None]:
-    """Neither complaints nor warnings."""
+def suppress_complaints() -> Iterator[None]:
+    """Keep libraries from complaining and warning."""
     with suppress_close_errors(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -78,7 +78,7 @@ VARIABLE = "SEAMAP_RT_PROGRESS"  # of the environment: names the file
 Progress = Callable[[str], None]  # is given a line on each step as it begins
 
 
-def silent(line: str) -> None:
+def ignore_progress(line: str) -> None:
     """Progress that nobody sees."""
 
 
@@ -103,13 +103,13 @@ def progress() -> Iterator[Callable[[str], None]]:
         with console.status("starting") as status:
             yield status.update
     else:
-        yield silent
+        yield ignore_progress
 
 
 def filter_asyncio_log() -> None:
-    """From here on. These libraries do several things beside each other and raise what goes wrong with one of them;
-    asyncio tells of the others when they are forgotten, on standard error, beside the line that says it all. So it does
-    of those that are left when the process is interrupted."""
+    """Filter asyncio's log from here on. These libraries do several things beside each other and raise what goes wrong
+    with one of them; asyncio tells of the others when they are forgotten, on standard error, beside the line that says
+    it all. So it does of those that are left when the process is interrupted."""
     logging.getLogger("asyncio").addFilter(_is_relevant)
 
 
@@ -119,7 +119,7 @@ def _is_relevant(record: logging.LogRecord) -> bool:
     where = traceback.walk_tb(raised.__traceback__ if raised else None)
     libraries = type(raised).__module__, text, *(frame.f_code.co_filename for frame, _ in where)
     left = "never retrieved" in text or "was destroyed but it is pending" in text
-    return not (left and any(name in said for said in libraries for name in ("zarr", "distributed")))
+    return not (left and any(name in each for each in libraries for name in ("zarr", "distributed")))
 
 
 # ----------------------------------------------------------------------------------------- how far a command is
@@ -162,11 +162,11 @@ class ProgressEstimate:
     def stage(self, step: str) -> None:
         """A step of the part begins; it is said where it is another stage than the last, and no earlier one."""
         stage = STAGES.get(step, step)
-        if stage != self._stage and _rank(stage) >= _rank(self._stage):
+        if stage != self._stage and _stage_rank(stage) >= _stage_rank(self._stage):
             self._stage = stage
-            self._say(f"{self._what} {len(self._began)} of {self._count}: {stage}, {self.left()} left")
+            self._say(f"{self._what} {len(self._began)} of {self._count}: {stage}, {self.time_left()} left")
 
-    def left(self) -> str:
+    def time_left(self) -> str:
         """The time left for all parts, in words."""
         lasted = [end - begin for begin, end in zip(self._began, self._began[1:], strict=False)]
         if not lasted:
@@ -178,7 +178,7 @@ class ProgressEstimate:
         return f"{'about' if warm else 'at most'} {duration(rest)}"
 
 
-def _rank(stage: str) -> int:
+def _stage_rank(stage: str) -> int:
     return _LATER.index(stage) + 1 if stage in _LATER else 0
 
 

@@ -24,7 +24,7 @@ from ..dataset import SCHEMA, build, check
 from ..errors import InputError, SchemaError, must_be
 from .opening import check_file
 from .results_folder import whole_file
-from .text import plain
+from .text import to_builtin
 
 _EPOCH = "2000-01-01T00:00:00"  # of a simulation's time 0
 _SHIP = ("heading", "latitude", "longitude")
@@ -50,7 +50,7 @@ def write_radial_volume(
     sweeps = {f"sweep_{n}": _sweep(data, images, int(turn), n, start) for n, turn in enumerate(turns)}
     times = [each["time"].values for each in sweeps.values()]
     latitude, longitude = (float(data[name].values[0]) for name in _SHIP[1:]) if images else at
-    kept = {"kind": "polar_images" if images else "maps/polar", "attrs": plain(data.attrs)}
+    facts = {"kind": "polar_images" if images else "maps/polar", "attrs": to_builtin(data.attrs)}
     root = xr.Dataset(
         {
             "volume_number": 0,
@@ -71,7 +71,7 @@ def write_radial_volume(
             "references": "",
             "source": _MARK,
             "history": _MARK,
-            "comment": json.dumps({_MARK: kept}),
+            "comment": json.dumps({_MARK: facts}),
             "platform_is_mobile": "true",
         },
     )
@@ -93,12 +93,12 @@ def read_radial_volume(path: str | os.PathLike[str]) -> xr.Dataset:
             sweeps = [
                 tree[name].to_dataset() for name in sorted(tree.children, key=lambda name: int(name.rpartition("_")[2]))
             ]
-            kept = json.loads(tree.attrs["comment"])[_MARK]
+            facts = json.loads(tree.attrs["comment"])[_MARK]
     except (OSError, KeyError, ValueError, TypeError):
         raise InputError(f"{path}: is no CfRadial 2 file of seamap_rt; give one that was written here") from None
-    start = np.datetime64(_start(kept["attrs"].get("start", _EPOCH)), "ns")
-    kind = kept["kind"]
-    attrs = {name: np.array(value) if isinstance(value, list) else value for name, value in kept["attrs"].items()}
+    start = np.datetime64(_start(facts["attrs"].get("start", _EPOCH)), "ns")
+    kind = facts["kind"]
+    attrs = {name: np.array(value) if isinstance(value, list) else value for name, value in facts["attrs"].items()}
     turns = np.array([int(each["turn_number"]) for each in sweeps])
     seconds = [(each["time"].values - start) / np.timedelta64(1, "s") for each in sweeps]
     names = [name for name in SCHEMA[kind] if name in sweeps[0] and name not in ("time", "azimuth", "range", "turn")]
@@ -161,6 +161,6 @@ def _sweep(data: xr.Dataset, images: bool, turn: int, number: int, start: dateti
 
 
 def _start(text: str) -> datetime:
-    """Without a zone: UTC."""
+    """A start time without its zone, in UTC."""
     moment = datetime.fromisoformat(text)
     return moment if moment.tzinfo is None else moment.astimezone(UTC).replace(tzinfo=None)

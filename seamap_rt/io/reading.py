@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 _TRIES = 3
 
 
-def growing_in(path: Path) -> tuple[Path, str] | None:
+def growing_store_of(path: Path) -> tuple[Path, str] | None:
     """The store, and its group, in which a file of results grows, or grew: None where there is none.
 
     path: the file's own name.
@@ -26,9 +26,9 @@ def growing_in(path: Path) -> tuple[Path, str] | None:
     return (path.with_name(RUN), group) if group and (path.with_name(RUN) / group).exists() else None
 
 
-def is_there(path: Path) -> bool:
+def results_exist(path: Path) -> bool:
     """Whether there is a file of results, or one grows."""
-    return path.exists() or growing_in(path) is not None
+    return path.exists() or growing_store_of(path) is not None
 
 
 class ResultsFile:
@@ -54,7 +54,7 @@ class ResultsFile:
         for _ in range(_TRIES):
             try:
                 with self._lock:
-                    file, of = self._opened()
+                    file, of = self._open_current()
                 found = read(file)
                 if of.exists():  # else what has gone was read as what is missing
                     return found
@@ -63,9 +63,9 @@ class ResultsFile:
                 message = str(error)
         raise OSError(f"{self.path}: {message}")
 
-    def _opened(self) -> tuple[Any, Path]:
+    def _open_current(self) -> tuple[Any, Path]:
         """What is to be read, and the file without which it is not there."""
-        grows = None if self.path.exists() else growing_in(self.path)
+        grows = None if self.path.exists() else growing_store_of(self.path)
         described = self.path if grows is None else grows[0] / DESCRIPTION
         of = described, 0 if grows is None else described.stat().st_mtime_ns
         if self._of != of:

@@ -33,7 +33,7 @@ import scipy.io
 from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
-from .declared import decoded, in_unit
+from .declared import convert_by_attributes, decode
 from .opening import (
     bytes_held,
     check_declared_arrays,
@@ -44,7 +44,7 @@ from .opening import (
     open_hdf5,
     read_npz,
 )
-from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
+from .recording_header import Header, RecordingHeader, header_object, read_header, toml_counterpart, validate_header
 from .text import plain_attribute
 
 NEEDED = ("lower", "upper", "time", "azimuth")
@@ -83,7 +83,7 @@ def read_recording(
     path, names = Path(path), dict(names or {})
     if unknown := [name for name in names if name not in ARRAYS]:
         raise InputError(f"names: '{unknown[0]}' is no array of a recording; it has {', '.join(ARRAYS)}")
-    read = {".npz": _npz, ".mat": _matlab, **dict.fromkeys(HDF5_ENDINGS, _hdf5)}.get(path.suffix.lower())
+    read = {".npz": _load_npz, ".mat": _load_matlab, **dict.fromkeys(HDF5_ENDINGS, _load_hdf5)}.get(path.suffix.lower())
     if read is None:
         raise InputError(f"{path}: must be a file of the kinds {', '.join(RECORDING_ENDINGS)}; save it as one of them")
     try:
@@ -103,31 +103,31 @@ def read_recording(
                 f"{path}: has no header; give one, or put it beside it as {path.with_suffix('.toml').name}"
             )
         header = beside[0]
-    return Recording(arrays, validated(str(path), held) if header is None else read_header(header))  # type: ignore[arg-type]
+    return Recording(arrays, validate_header(str(path), held) if header is None else read_header(header))  # type: ignore[arg-type]
 
 
-def _npz(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+def _load_npz(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     held, found = read_npz(path, {*inside.values(), "header"}, _WANTED)
     _refuse_slips(path, held, inside)
     arrays = {name: pairs_of(found[stored], stored) for name, stored in inside.items() if stored in found}
     return arrays, _header_text(found.get("header"), path)
 
 
-def _hdf5(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+def _load_hdf5(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     with open_file(path, _WANTED) as opened:
         if opened.read(3) == b"CDF":
-            return _netcdf3(path, inside)
+            return _load_netcdf3(path, inside)
     with open_hdf5(path, _WANTED) as file:
         _refuse_slips(path, list(file), inside)
         check_declared_arrays(file, (*inside.values(), "header"), str(path))
-        arrays = {name: _array(file[stored], name, stored) for name, stored in inside.items() if stored in file}
+        arrays = {name: _hdf5_array(file[stored], name, stored) for name, stored in inside.items() if stored in file}
         held: Any = file.get("header", file.attrs.get("header"))
         if isinstance(held, h5py.Group):
-            return arrays, {key: _of_kind(key, as_in_toml(value)) for key, value in held.attrs.items()}
+            return arrays, {key: _matlab_number(key, toml_counterpart(value)) for key, value in held.attrs.items()}
         return arrays, _header_text(held.asstr()[()] if isinstance(held, h5py.Dataset) else held, path)
 
 
-def _netcdf3(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+def _load_netcdf3(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     with open_dataset(path, _WANTED, decode_cf=False) as file:
         _refuse_slips(path, [str(name) for name in file.variables], inside)
         held = load(
@@ -135,7 +135,7 @@ def _netcdf3(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray],
         )
         there = {name: held[stored] for name, stored in inside.items() if stored in held.variables}
         arrays = {
-            name: _in_its_unit(decoded(each.to_numpy(), each.attrs, inside[name]), each.attrs, name, inside[name])
+            name: _convert_unit(decode(each.to_numpy(), each.attrs, inside[name]), each.attrs, name, inside[name])
             for name, each in there.items()
         }
         text = b"".join(held["header"].values.ravel()) if "header" in held.variables else file.attrs.get("header")
@@ -148,28 +148,30 @@ def _header_text(text: Any, path: Path) -> Mapping[str, Any] | None:
     return None if text is None else header_object(json.loads(str(text)), f"{path}: header")
 
 
-def _in_its_unit(values: NDArray, attributes: Mapping[str, Any], name: str, stored: str) -> NDArray:
+def _convert_unit(values: NDArray, attributes: Mapping[str, Any], name: str, stored: str) -> NDArray:
     """An array in the unit of its name, if it tells another."""
     unit = _UNITS.get(name)
     counts = name == "azimuth" and str(plain_attribute(attributes.get("units", ""))).lower() in _COUNTS
-    return values if unit is None or counts else in_unit(values, attributes, unit, stored)
+    return values if unit is None or counts else convert_by_attributes(values, attributes, unit, stored)
 
 
-def _matlab(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    held, found = read_matlab(path, {*inside.values(), "header"}, lambda node, name: _values(node, name, may_lack=True))
+def _load_matlab(path: Path, inside: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+    held, found = read_matlab(
+        path, {*inside.values(), "header"}, lambda node, name: _read_all(node, name, may_lack=True)
+    )
     _refuse_slips(path, held, inside)
-    arrays = {name: _of_matlab(found[stored], name, stored) for name, stored in inside.items() if stored in found}
+    arrays = {name: _matlab_array(found[stored], name, stored) for name, stored in inside.items() if stored in found}
     header = found.get("header")
     if header is None or isinstance(header, str):
         return arrays, _header_text(header, path)
-    said = header_object(header, str(path)).items()
+    entries = header_object(header, str(path)).items()
     return arrays, {
-        key: _of_kind(key, plain_attribute(value.ravel(order="F")) if isinstance(value, np.ndarray) else value)
-        for key, value in said
+        key: _matlab_number(key, plain_attribute(value.ravel(order="F")) if isinstance(value, np.ndarray) else value)
+        for key, value in entries
     }
 
 
-def _of_kind(key: str, value: Any) -> Any:
+def _matlab_number(key: str, value: Any) -> Any:
     """MATLAB's numbers are all real: 0 and 1 of a key that is true or false, 8192.0 of one that counts."""
     field = RecordingHeader.model_fields.get(key)
     if field is not None and field.annotation is bool and value in (0, 1):
@@ -179,10 +181,10 @@ def _of_kind(key: str, value: Any) -> Any:
     return value
 
 
-def _of_matlab(value: Any, name: str, stored: str) -> NDArray:
+def _matlab_array(value: Any, name: str, stored: str) -> NDArray:
     """MATLAB has no vectors: one of the two dimensions of what should be one is 1."""
     if isinstance(value, Mapping):
-        real, imag = (np.asarray(value[piece]) for piece in _pieces(list(value), stored))
+        real, imag = (np.asarray(value[piece]) for piece in _complex_parts(list(value), stored))
         value = np.stack((real, imag), -1)
     if not isinstance(value, np.ndarray) or (value.dtype.names is None and value.dtype.kind not in "biufc"):
         raise InputError(f"{stored}: holds no numbers: must be an array of numbers; save it so")
@@ -190,20 +192,20 @@ def _of_matlab(value: Any, name: str, stored: str) -> NDArray:
     return value.ravel() if name in _VECTORS and 1 in value.shape else value
 
 
-def _array(node: Any, name: str, inside: str) -> NDArray:
+def _hdf5_array(node: Any, name: str, inside: str) -> NDArray:
     """An array of HDF5. A wrong shape may be too large to be read first."""
     may_lack = name in MAY_LACK
     if name in ("attitude", "position") and isinstance(node, h5py.Dataset) and node.shape[1:] != (3,):
         raise InputError(f"{inside}: has the shape {node.shape}: must be (·, 3); give three numbers for each")
     if isinstance(node, h5py.Group):
-        pieces = {f"{inside}/{piece}": node[piece] for piece in _pieces(list(node), inside)}
-        values = np.stack([_values(piece, called, may_lack) for called, piece in pieces.items()], -1)
+        pieces = {f"{inside}/{piece}": node[piece] for piece in _complex_parts(list(node), inside)}
+        values = np.stack([_read_all(piece, called, may_lack) for called, piece in pieces.items()], -1)
     else:
-        values = pairs_of(_values(node, inside, may_lack), inside)
-    return _in_its_unit(values, node.attrs, name, inside)
+        values = pairs_of(_read_all(node, inside, may_lack), inside)
+    return _convert_unit(values, node.attrs, name, inside)
 
 
-def _values(node: Any, name: str, may_lack: bool) -> NDArray:
+def _read_all(node: Any, name: str, may_lack: bool) -> NDArray:
     """All of an HDF5 dataset. What was never written HDF5 reads as fill values, zeros mostly."""
     if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "biufcV":
         raise InputError(f"{name}: holds no numbers: must be an array of numbers; save it so")
@@ -223,18 +225,18 @@ def _values(node: Any, name: str, may_lack: bool) -> NDArray:
         )
     if not stored and node.nbytes > _MOST_UNWRITTEN:
         raise InputError(f"{name}: has the shape {node.shape} and was never written; leave it out, or write it")
-    return decoded(node[()], node.attrs, name)
+    return decode(node[()], node.attrs, name)
 
 
 def pairs_of(values: NDArray, name: str) -> NDArray:
     """Records of two numbers as pairs (…, 2); all else as it is."""
     if values.dtype.names is None:
         return values
-    real, imag = _pieces(list(values.dtype.names), name)
+    real, imag = _complex_parts(list(values.dtype.names), name)
     return np.stack([values[real], values[imag]], axis=-1)
 
 
-def _pieces(held: list[str], name: str) -> tuple[str, str]:
+def _complex_parts(held: list[str], name: str) -> tuple[str, str]:
     """What a group or a record calls the real and the imaginary part."""
     result = {key.lower(): key for key in held}
     for real, imag in _PIECES:
@@ -263,19 +265,19 @@ def read_matlab(
     read: how an array of an HDF5 dataset is read; it may refuse one. Raises what SciPy and h5py raise for damage."""
     with open_file(path, "a recording") as opened:
         if not h5py.is_hdf5(path):
-            _weigh(opened, path)
+            _check_unpacked_size(opened, path)
             held = [name for name, _, _ in scipy.io.whosmat(opened) if not name.startswith("__")]
             names = {name.split("/")[0] for name in wanted}
             tree = scipy.io.loadmat(opened, chars_as_strings=True, variable_names=names)
-            found = {name: _at(tree, name.split("/")) for name in wanted}
-            return held, {name: _value(node) for name, node in found.items() if node is not None}
+            found = {name: _find_field(tree, name.split("/")) for name in wanted}
+            return held, {name: _matlab_value(node) for name, node in found.items() if node is not None}
     with open_hdf5(path, "a recording") as file:
         check_declared_arrays(file, wanted, str(path))
         held = [str(name) for name in file if not str(name).startswith("#")]
         return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
 
 
-def _weigh(opened: BinaryIO, path: Path) -> None:
+def _check_unpacked_size(opened: BinaryIO, path: Path) -> None:
     """Raise InputError for a file whose variables are too large, those of version 5 once they are unpacked: it is done,
     piece by piece, since what they say of their length may be wrong."""
     held, mark = bytes_held(path), opened.read(128)[126:]
@@ -294,7 +296,7 @@ def _weigh(opened: BinaryIO, path: Path) -> None:
     opened.seek(0)
 
 
-def _at(node: Any, way: list[str]) -> Any:
+def _find_field(node: Any, way: list[str]) -> Any:
     """What lies at a path of structs' fields; None where there is nothing."""
     for field in way:
         if isinstance(node, dict):
@@ -306,9 +308,9 @@ def _at(node: Any, way: list[str]) -> Any:
     return node
 
 
-def _value(node: Any) -> Any:
+def _matlab_value(node: Any) -> Any:
     if isinstance(node, np.ndarray) and node.dtype.names and node.size == 1:
-        return {name: _value(node[name].flat[0]) for name in node.dtype.names}
+        return {name: _matlab_value(node[name].flat[0]) for name in node.dtype.names}
     if isinstance(node, np.ndarray) and node.dtype.kind in "US":
         return str(node.flat[0]) if node.size else ""
     return node

@@ -73,7 +73,7 @@ class _Zones(_Frames):
         with open_file(self._path) as file:
             file.seek(self._starts[number])
             count = self.shape[1] * self.shape[2]
-            values = np.loadtxt(_lines(file), max_rows=count, usecols=columns - 2 + self._column, ndmin=1)
+            values = np.loadtxt(_read_lines(file), max_rows=count, usecols=columns - 2 + self._column, ndmin=1)
         if values.size != count:
             raise ValueError(f"zone {number} ends after {values.size} of {count} points")
         return values.reshape(self.shape[1:])
@@ -92,7 +92,7 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
     times: list[float] = []
     size, end = (0, 0), 0
     with open_file(path) as file:
-        for line in _lines(file):
+        for line in _read_lines(file):
             found = _ZONE.search(line) if line.lstrip().startswith(b"ZONE") else None
             if found is None:
                 continue
@@ -108,8 +108,8 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
         times.pop()
     if not starts:
         raise Refusal("holds no whole zone; give HOS-ocean's 3d.dat")
-    x = _corner(path, starts[0], size[0], 0)
-    y = _corner(path, starts[0], size[0] * size[1], 1)[:: size[0]]
+    x = _first_rows(path, starts[0], size[0], 0)
+    y = _first_rows(path, starts[0], size[0] * size[1], 1)[:: size[0]]
     even = np.linspace(times[0], times[-1], len(times))
     seconds = even if np.abs(even - times).max() < _ROUNDED_S else np.array(times)
     columns = {
@@ -127,14 +127,14 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
     return xr.Dataset(columns, axes, {"periodic": 1})
 
 
-def _corner(path: Path, start: int, rows: int, column: int) -> NDArray[np.float64]:
+def _first_rows(path: Path, start: int, rows: int, column: int) -> NDArray[np.float64]:
     """The first rows of a column of the first zone."""
     with open_file(path) as file:
         file.seek(start)
-        return np.loadtxt(_lines(file), max_rows=rows, usecols=column, ndmin=1)
+        return np.loadtxt(_read_lines(file), max_rows=rows, usecols=column, ndmin=1)
 
 
-def _lines(file: BinaryIO) -> Iterator[bytes]:
+def _read_lines(file: BinaryIO) -> Iterator[bytes]:
     """The lines of a file, which may be moved in between."""
     while line := file.readline(_LONGEST):
         if len(line) == _LONGEST:
@@ -157,22 +157,22 @@ class _Minutes(_Frames):
         minute = int(np.searchsorted(self._ends, number, side="right"))
         before = int(self._ends[minute - 1]) if minute else 0
         path = self._paths[minute]
-        return _minute(path, path.stat().st_mtime_ns)[:, :, number - before].astype(np.float64)
+        return _read_minute(path, path.stat().st_mtime_ns)[:, :, number - before].astype(np.float64)
 
 
 def open_stereo_bursts(path: Path) -> xr.Dataset:
     """elevation (time, row, column), not yet read, and the places of its points X_grid and Y_grid in m, from a folder
     or from its first file on. Raises InputError where minutes or their places are missing."""
-    paths = _minutes_of(path)
-    numbers = [int(_number(each)) for each in paths]
+    paths = _minute_files(path)
+    numbers = [int(_minute_number(each)) for each in paths]
     if numbers != list(range(numbers[0], numbers[0] + len(numbers))):
         raise Refusal(f"minutes {numbers} do not follow each other; name the first of those that do")
-    beside = paths[0].with_name(f"XYGrid_{_number(paths[0])}.mat")
+    beside = paths[0].with_name(f"XYGrid_{_minute_number(paths[0])}.mat")
     if not beside.is_file():
         raise Refusal(f"{beside.name} is not beside {paths[0].name}; put the places of the points there")
     places = [_read(beside, name) for name in ("xgrid", "ygrid")]
-    frames = [_shape(each, "zgrid")[2] for each in paths]
-    if any(_shape(each, "zgrid")[:2] != places[0].shape for each in paths):
+    frames = [_array_shape(each, "zgrid")[2] for each in paths]
+    if any(_array_shape(each, "zgrid")[:2] != places[0].shape for each in paths):
         raise Refusal(f"zgrid has other points than xgrid of {beside.name}; give files that belong together")
     if any(each != frames[0] for each in frames[:-1]):
         raise Refusal(f"its minutes have {frames} frames, and would be of uneven time; give those alike")
@@ -188,45 +188,45 @@ def open_stereo_bursts(path: Path) -> xr.Dataset:
     )
 
 
-def _minutes_of(path: Path) -> list[Path]:
+def _minute_files(path: Path) -> list[Path]:
     """The minutes of a video in a folder, or from a file on, in their order; none of another file or folder."""
-    folder, first = (path, -1) if path.is_dir() else (path.parent, int(_number(path) or -1))
+    folder, first = (path, -1) if path.is_dir() else (path.parent, int(_minute_number(path) or -1))
     if not path.is_dir() and first < 0:
         return []
-    found = [each for each in folder.iterdir() if _HEIGHTS.search(each.name) and int(_number(each)) >= first]
-    return sorted(found, key=lambda each: int(_number(each)))
+    found = [each for each in folder.iterdir() if _HEIGHTS.search(each.name) and int(_minute_number(each)) >= first]
+    return sorted(found, key=lambda each: int(_minute_number(each)))
 
 
-def _number(path: Path) -> str:
+def _minute_number(path: Path) -> str:
     found = _HEIGHTS.search(path.name)
     return found[1] if found else ""
 
 
 @lru_cache(maxsize=2)
-def _minute(path: Path, _: int) -> NDArray[np.floating]:
+def _read_minute(path: Path, _: int) -> NDArray[np.floating]:
     return _read(path, "zgrid")
 
 
 def _read(path: Path, name: str) -> NDArray[np.floating]:
     """An array as Matlab has it, single precision where the file has that."""
-    return np.asarray(_there(read_matlab(path, [name], lambda array, _: array[()])[1], name, path))
+    return np.asarray(_find_array(read_matlab(path, [name], lambda array, _: array[()])[1], name, path))
 
 
-def _shape(path: Path, name: str) -> tuple[int, ...]:
+def _array_shape(path: Path, name: str) -> tuple[int, ...]:
     with open_file(path) as opened:
         packed = b"MATLAB 7.3" not in opened.read(128)
         shapes = {each: shape for each, shape, _ in whosmat(opened)} if packed else {}
     if packed:
-        found = tuple(_there(shapes, name, path))
+        found = tuple(_find_array(shapes, name, path))
     else:
         with open_hdf5(path) as file:
-            found = tuple(reversed(_there(file, name, path).shape))
+            found = tuple(reversed(_find_array(file, name, path).shape))
     if len(found) != 3:
         raise InputError(f"sea.file = '{path}': {name} has axes {found}; must be points by points by frames")
     return found
 
 
-def _there(held: Any, name: str, path: Path) -> Any:
+def _find_array(held: Any, name: str, path: Path) -> Any:
     if name not in held:
         raise InputError(f"sea.file = '{path}': holds no {name}; give the data's own file")
     return held[name]
@@ -245,8 +245,8 @@ def _open(path: Path) -> xr.Dataset:
     wanted, named = "a recorded sea", f"sea.file = '{path}'"
     if not path.is_dir():
         check_file(path, wanted, named=named)
-    if _minutes_of(path):  # a file of a minute of such a video, or a folder of them
-        return _with_axes(open_stereo_bursts(path))
+    if _minute_files(path):  # a file of a minute of such a video, or a folder of them
+        return _grid_with_axes(open_stereo_bursts(path))
     if path.is_dir():
         check_store(path, wanted, named=named)
         return xr.open_zarr(path, chunks=None, consolidated=False, decode_timedelta=False)
@@ -255,10 +255,10 @@ def _open(path: Path) -> xr.Dataset:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of how seconds will be read one day: they are taken as they are
         opened = open_dataset(path, wanted, named=named, chunks=None, cache=False, decode_timedelta=False)
-    return _with_axes(opened) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
+    return _grid_with_axes(opened) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
 
 
-def _with_axes(opened: xr.Dataset) -> xr.Dataset:
+def _grid_with_axes(opened: xr.Dataset) -> xr.Dataset:
     """A grid with one axis each instead of the places of all points."""
     frames, rows, columns = opened["Z"].dims
     x, y = (np.asarray(opened[name].values, dtype=np.float64) for name in ("X_grid", "Y_grid"))

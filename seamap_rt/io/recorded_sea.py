@@ -30,7 +30,7 @@ from .sea_grid import (
     axes_of,
     check_step,
     even_step,
-    filled,
+    fill_gaps,
     half_width,
     largest_square,
     places_of,
@@ -88,7 +88,7 @@ class RecordedSea:
     began: np.datetime64 | None
     _first: tuple[int, int]  # row and column of the patch in the file
 
-    def said(self, time_s: float) -> str:
+    def time_in_words(self, time_s: float) -> str:
         """A time of the file, in s as `begin_s`, in its own words."""
         if self.began is None:
             return f"{time_s:.6g} s"
@@ -96,7 +96,7 @@ class RecordedSea:
 
     @property
     def side_m(self) -> float:
-        """Of the patch, a cell around each of its points: after which it repeats, if it does."""
+        """The patch's side, with a cell around each of its points: the period of a patch that repeats."""
         return self.points * self.spacing_m
 
     @property
@@ -159,7 +159,7 @@ class RecordedSea:
                 if unseen_edges(gap)[middle, middle].any():
                     raise Refusal(f"has gaps from the edge of the patch inwards ({share:.1%}); cut them off")
                 wide = half_width(gap) * self.spacing_m
-                values = filled(values, gap)
+                values = fill_gaps(values, gap)
             if (highest := float(np.abs(values).max())) > _HIGHEST_M:
                 raise Refusal(
                     f"holds {highest:.4g} m: must be at most {_HIGHEST_M:g} (no sea above 30 m); check the units of "
@@ -169,25 +169,25 @@ class RecordedSea:
 
     def surface_potential(self, frame: int) -> NDArray[np.float64]:
         """(row, column) m²/s, gaps filled."""
-        return self._filled(POTENTIAL, frame)
+        return self._read_filled(POTENTIAL, frame)
 
     def surface_flow(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The water's velocity at the surface to east and north, each (row, column) m/s, gaps filled."""
         assert self.flow is not None
-        return self._filled(self.flow[0], frame), self._filled(self.flow[1], frame)
+        return self._read_filled(self.flow[0], frame), self._read_filled(self.flow[1], frame)
 
-    def _filled(self, name: str, frame: int) -> NDArray[np.float64]:
+    def _read_filled(self, name: str, frame: int) -> NDArray[np.float64]:
         values = self._read(name, frame)
         gap = ~np.isfinite(values)
-        return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
+        return fill_gaps(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
 
     def _read(self, name: str, frame: int) -> NDArray[np.float64]:
         with say_of(f"sea.file = '{self.path}': "):
             if not 0 <= frame < self.frames:
                 raise Refusal(f"holds frames 0 to {self.frames - 1}, asked for {frame}")
             with _LOCK:
-                whole = _opened(self.path, _version(self.path))
-                cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+                whole = _open_dataset(self.path, _file_version(self.path))
+                cut = _read_square(whole, whole[name], frame, self._first, (self.points, self.points))
             return cut * unit_scale(whole[name], {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s"))
 
 
@@ -195,10 +195,10 @@ _LOCK = threading.Lock()
 
 
 def recorded_sea(path: str) -> RecordedSea:
-    """What a file holds. Raises InputError, a line, for one that is not a recorded sea."""
+    """What a file holds. Raises InputError of one line for a file that is not a recorded sea."""
     with say_of(f"sea.file = '{path}': "):
         try:
-            return _recorded(path, _version(path))
+            return _describe_file(path, _file_version(path))
         except InputError:
             raise
         except (OSError, ValueError, KeyError) as error:
@@ -209,9 +209,9 @@ def recorded_sea(path: str) -> RecordedSea:
 
 
 @lru_cache(maxsize=8)
-def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
+def _describe_file(path: str, version: tuple[int, int]) -> RecordedSea:
     with _LOCK:
-        opened = _opened(path, version)
+        opened = _open_dataset(path, version)
     grids = [str(name) for name in opened.data_vars if len(axes_of(opened[name])) == 3 and opened[name].ndim == 3]
     named = [name for wanted in NAMES for name in grids if name.lower() == wanted]
     named += [name for name in grids if str(opened[name].attrs.get("standard_name", "")).startswith(_STANDARD)]
@@ -284,7 +284,7 @@ def _uncut_points(opened: xr.Dataset, name: str, frames: int, scale: float) -> t
     chosen = np.unique(np.linspace(0, frames - 1, _LOOKED_AT).astype(int))
     for frame in chosen:
         with _LOCK:
-            values = _cut(opened, opened[name], int(frame), (0, 0), size)
+            values = _read_square(opened, opened[name], int(frame), (0, 0), size)
         known = np.isfinite(values)
         seen += known
         total += np.where(known, values, 0.0)
@@ -325,17 +325,17 @@ def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tupl
 # ------------------------------------------------------------------------------------------------------ the file
 
 
-def _version(path: str) -> tuple[int, int]:
+def _file_version(path: str) -> tuple[int, int]:
     status = Path(path).stat()
     return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=4)
-def _opened(path: str, _: tuple[int, int]) -> xr.Dataset:
+def _open_dataset(path: str, _: tuple[int, int]) -> xr.Dataset:
     return open_layout(Path(path))
 
 
-def _cut(
+def _read_square(
     opened: xr.Dataset, values: xr.DataArray, frame: int, first: tuple[int, int], size: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Points (row, column) of a frame from the first row and column on, rows to the north and columns to the east."""

@@ -16,7 +16,7 @@ from ..errors import InputError, say_of
 from ..settings import Meaning, Section, SensorErrors, as_tuple
 from .opening import read_json
 from .scenefile import read_toml
-from .text import plain, plain_attribute, shown
+from .text import plain_attribute, shown, to_builtin
 from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
@@ -142,15 +142,15 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
     if isinstance(header, RecordingHeader):
         return header
     if isinstance(header, Mapping):
-        return validate(RecordingHeader, {str(key): as_in_toml(value) for key, value in header.items()})
+        return validate(RecordingHeader, {str(key): toml_counterpart(value) for key, value in header.items()})
     if not isinstance(header, str | os.PathLike):
         raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
     is_json = Path(header).suffix == ".json"
     tree = header_object(read_json(header, "a header"), str(header)) if is_json else read_toml(header, "a header")
-    return validated(str(header), tree)
+    return validate_header(str(header), tree)
 
 
-def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
+def validate_header(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
     with say_of(f"{source}: header: ", InputError):
         return validate(RecordingHeader, tree)
 
@@ -164,6 +164,6 @@ def header_object(tree: Any, what: str) -> dict[str, Any]:
     return tree
 
 
-def as_in_toml(value: Any) -> Any:
+def toml_counterpart(value: Any) -> Any:
     """An attribute of a recording, numpy's or bytes, as TOML would give it; HDF5 may make an array of a number."""
-    return plain(plain_attribute(value)) if isinstance(value, np.ndarray | np.generic | bytes) else plain(value)
+    return to_builtin(plain_attribute(value) if isinstance(value, np.ndarray | np.generic | bytes) else value)

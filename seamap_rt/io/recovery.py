@@ -6,8 +6,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import InputError
-from .results_folder import FILE, FULL, OF_RUN, RUN, finished, held_folder, hidden_store, remove_hidden, remove_tree
-from .results_folder import unfinished as left_in
+from .results_folder import (
+    FILE,
+    FULL,
+    OF_RUN,
+    RUN,
+    forget_unfinished,
+    hidden_store,
+    lock_folder,
+    remove_hidden,
+    remove_tree,
+)
+from .results_folder import unfinished_files as left_in
 
 _OPTION = "DIR"
 
@@ -33,14 +43,14 @@ def recover(folder: str | Path) -> Recovery | None:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{_OPTION} = '{folder}': no such folder; give the folder of a run")
-    with held_folder(folder, _OPTION):
+    with lock_folder(folder, _OPTION):
         left = left_in(folder)
         if left is None:
             remove_hidden(folder)
             return None
         _refuse_earlier(folder, left.files)
         try:
-            complete = _recovered(folder, left.files)
+            complete = _recover_stores(folder, left.files)
         except Exception as error:  # a damaged store raises exceptions of many types
             if isinstance(error, OSError) and error.errno in FULL:
                 raise
@@ -50,7 +60,7 @@ def recover(folder: str | Path) -> Recovery | None:
         if complete == 0 and RUN in left.files:  # a scene without results would look like another run's
             (folder / "scene.toml").unlink(missing_ok=True)
         remove_hidden(folder)
-        finished(folder)
+        forget_unfinished(folder)
         return Recovery(tuple(name for name in left.files if (folder / name).exists()), complete, left.unit)
 
 
@@ -63,7 +73,7 @@ def _refuse_earlier(folder: Path, files: tuple[str, ...]) -> None:
         )
 
 
-def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
+def _recover_stores(folder: Path, files: tuple[str, ...]) -> int | None:
     """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
     from .growing_store import GrowingStore  # loads zarr
 
@@ -72,7 +82,7 @@ def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
         stores = {folder / RUN: {OF_RUN[each]: folder / each for each in files if each in OF_RUN}}
     turns = list[int]()
     for path, made in stores.items():
-        store = GrowingStore.reopened(path, made) if path.exists() else GrowingStore(path)
+        store = GrowingStore.reopen(path, made) if path.exists() else GrowingStore(path)
         store.close()
         turns.append(store.complete)
         if path.name != RUN or not store.complete:

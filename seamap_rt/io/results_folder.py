@@ -62,7 +62,7 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
     remove_abandoned()
-    with held_folder(folder, option):
+    with lock_folder(folder, option):
         for kind, names in KINDS.items():  # also with overwrite: others would stay in part, among the new ones
             foreign = sorted(name for name in names if (folder / name).exists())
             if foreign and set(names).isdisjoint(products):
@@ -78,8 +78,8 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
 
 
 @contextmanager
-def held_folder(folder: Path, option: str) -> Iterator[None]:
-    """Nobody else writes results into the folder meanwhile. InputError, which names the process, where one does."""
+def lock_folder(folder: Path, option: str) -> Iterator[None]:
+    """Keep others from writing results into the folder. InputError, which names the process, where one does."""
     with ExitStack() as stack:
         try:
             stack.enter_context(locked(folder / _LOCK))
@@ -91,8 +91,8 @@ def held_folder(folder: Path, option: str) -> Iterator[None]:
 
 
 @contextmanager
-def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterator[None]:
-    """Note which files grow in a folder. The note stays if a kill leaves them unfinished: `unfinished` reads it.
+def note_growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterator[None]:
+    """Note which files grow in a folder. The note stays if a kill leaves them unfinished: `unfinished_files` reads it.
 
     It stays too where the disk had no room for the whole files; the OSError then says what to do.
     """
@@ -127,7 +127,7 @@ def is_unfinished(store: Path) -> bool:
         return False
 
 
-def unfinished(folder: Path) -> UnfinishedFiles | None:
+def unfinished_files(folder: Path) -> UnfinishedFiles | None:
     """What a kill has left unfinished in a folder, or what is growing in it now; None if all is finished."""
     try:
         note = read_json(folder / _MARKER)
@@ -139,14 +139,14 @@ def unfinished(folder: Path) -> UnfinishedFiles | None:
 def refuse_unfinished(folder: Path, option: str, otherwise: str = "") -> None:
     """InputError for a folder that a killed process has left, unless a process that may live holds it."""
     holder = holder_of(folder / _LOCK)
-    if unfinished(folder) is not None and (holder is None or holder.is_this_process or not holder.may_live):
+    if unfinished_files(folder) is not None and (holder is None or holder.is_this_process or not holder.may_live):
         raise InputError(
             f"{option} = '{folder}': a killed process left its results unfinished; seamap-rt recover '{folder}' puts "
             f"what is whole under its own name{otherwise}"
         )
 
 
-def finished(folder: Path) -> None:
+def forget_unfinished(folder: Path) -> None:
     """Forget that something was left unfinished in a folder."""
     (folder / _MARKER).unlink(missing_ok=True)
 
@@ -161,9 +161,9 @@ def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     for path in (folder / name for name in names):
         remove_tree(path) if path.is_dir() else path.unlink(missing_ok=True)
     remove_hidden(folder, names)
-    left = unfinished(folder)
+    left = unfinished_files(folder)
     if left is not None and not names.isdisjoint(left.files):
-        finished(folder)
+        forget_unfinished(folder)
 
 
 def remove_tree(path: Path) -> None:

@@ -1,7 +1,6 @@
 """Scene files: TOML to settings and back, overrides of keys, and the shipped scenes.
 
-Whatever is wrong with a scene file becomes an InputError: key, value, limit or reason, what to do, a line for each
-thing that is wrong.
+Faults of a scene file raise InputError. It has one line for each fault: key, value, limit or reason, and what to do.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import Any
 
 from ..errors import InputError, must_be
 from .opening import read_bytes
-from .text import decode_text, is_underscored, key_text, plain, quoted, shown, toml_value
+from .text import decode_text, is_underscored, key_text, shown, to_builtin, toml_string, toml_value
 
 _DEEPEST = 16  # tables in tables: a scene has three
 _TOO_DEEP = "is nested too deeply; a scene file has tables two or three deep"
@@ -56,7 +55,7 @@ def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> di
     result, problems = copy.deepcopy(dict(tree)), list[str]()
     for dotted, value in overrides.items():
         try:
-            _set(result, dotted, plain(_read_value(value) if isinstance(value, str) else value))
+            _set(result, dotted, to_builtin(_read_value(value) if isinstance(value, str) else value))
         except InputError as refusal:
             problems += refusal.problems
     if problems:
@@ -67,9 +66,9 @@ def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> di
 def _set(tree: dict[str, Any], dotted: str, value: Any) -> None:
     steps = dotted.split(".")
     if not all(step.strip() == step and step for step in steps):
-        raise InputError(f"{quoted(dotted)}: is not a key; write it as section.key, such as radar.height_m")
+        raise InputError(f"{toml_string(dotted)}: is not a key; write it as section.key, such as radar.height_m")
     if len(steps) > _DEEPEST:
-        raise InputError(f"{quoted(dotted)}: {_TOO_DEEP}")
+        raise InputError(f"{toml_string(dotted)}: {_TOO_DEEP}")
     node: Any = tree
     for depth, step in enumerate(steps):
         above, last = ".".join(steps[:depth]), depth == len(steps) - 1

@@ -113,7 +113,7 @@ def half_width(gap: NDArray[np.bool_]) -> float:
     return float(np.asarray(scipy.ndimage.distance_transform_edt(gap)).max()) + 0.5
 
 
-def filled(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np.float64]:
+def fill_gaps(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np.float64]:
     """The heights (row, column), those of the gaps put in. The gaps must leave three points that are known."""
     number = np.full(gap.shape, -1)
     number[gap] = np.arange(np.count_nonzero(gap))
@@ -131,9 +131,9 @@ def filled(values: NDArray[np.float64], gap: NDArray[np.bool_]) -> NDArray[np.fl
         row = count + np.arange(size)
         right.append(-sum(weight * known[each] for each, (*_, weight) in zip(at, stencil, strict=True)))
         for each, (*_, weight) in zip(at, stencil, strict=True):
-            asked = gap[each]
-            entries.append((row[asked], number[each][asked]))
-            energies.append(np.full(np.count_nonzero(asked), weight))
+            unknown = gap[each]
+            entries.append((row[unknown], number[each][unknown]))
+            energies.append(np.full(np.count_nonzero(unknown), weight))
         count += size
     places = np.concatenate([np.stack(each) for each in entries], axis=1)
     bending = scipy.sparse.csc_array(

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import Refusal
-from .declared import parsed, to_unit, within_valid_range
+from .declared import mask_out_of_range, parse_unit, to_unit
 from .opening import check_store, open_dataset, read_unpacked
 from .text import plain_attribute, refuse_underscores
 
@@ -54,11 +54,12 @@ class DensityUnit:
 
 
 def density_unit(declared: str, called: str, omega: bool = False, action: bool = False) -> DensityUnit:
-    """By the words of a unit. omega: the file counts frequencies in rad/s; action: the density is called one of action.
+    """The unit of a density by its words. omega: the file counts frequencies in rad/s; action: the density is called
+    one of action.
 
     Raises Refusal for what is no directional density, and where per Hz and per rad/s cannot be distinguished.
     """
-    size, powers = parsed(declared) or (0.0, {})
+    size, powers = parse_unit(declared) or (0.0, {})
     length, seconds, mass, angles = (powers.get(each, 0) for each in ("length", "time", "mass", "angle"))
     if (mass, length) == (1, 0):  # an energy, kg/s² = J/m²
         size, seconds, length = size / (WATER_DENSITY * GRAVITY), seconds + 2, 2
@@ -104,22 +105,22 @@ def wave_from_degrees(
     elif written:
         unit = written[1] if written[0].endswith("T") else unit
     degrees = to_unit(direction, unit, "degree", called)
-    sense = _sense(words, str(plain_attribute(attributes.get("standard_name", ""))), called)
-    words = words if _turned(words) or sense else "; ".join(filter(None, (words, more)))
+    sense = _sense_of(words, str(plain_attribute(attributes.get("standard_name", ""))), called)
+    words = words if _is_turned(words) or sense else "; ".join(filter(None, (words, more)))
     if "magnetic" in words.lower():
         raise Refusal(f"{called}: is described as '{words}': must count from true north; turn it by the variation")
-    turned, east = _turned(words), bool(_EAST.search(words))
+    turned, east = _is_turned(words), bool(_EAST.search(words))
     if turned or east:
         degrees = (90.0 if east or not _NORTH.search(words) else 0.0) + (-degrees if turned else degrees)
-    sense = sense or _sense(words, "", called) or ("to" if turned else otherwise)
+    sense = sense or _sense_of(words, "", called) or ("to" if turned else otherwise)
     return degrees + (180.0 if sense == "to" else 0.0)
 
 
-def _turned(words: str) -> bool:
+def _is_turned(words: str) -> bool:
     return bool(_CARTESIAN.search(words))
 
 
-def _sense(words: str, name: str, called: str) -> Sense | None:
+def _sense_of(words: str, name: str, called: str) -> Sense | None:
     apart = _ORIGIN.sub("", words)  # "clockwise from north" tells no sense
     to, coming = _TO.search(apart), _FROM.search(apart)
     if to and coming and not re.search(r"(to|from)_direction", name):
@@ -129,11 +130,11 @@ def _sense(words: str, name: str, called: str) -> Sense | None:
     return "to" if to and not name.endswith("from_direction") else "from"
 
 
-def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, said: Iterable[str]) -> xr.DataArray:
+def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, notes: Iterable[str]) -> xr.DataArray:
     """A density (…, freq, dir) in Hz, degrees where waves come from, and m²/(Hz·degree), by its attributes, those of
     its coordinates. What lies beyond its valid range is missing. sense, unit: of a file of this kind that says nothing;
-    said: what the file says beside it. Raises Refusal."""
-    density = density.copy(data=within_valid_range(density.to_numpy(), density.attrs, density.encoding))
+    notes: what the file says beside it. Raises Refusal."""
+    density = density.copy(data=mask_out_of_range(density.to_numpy(), density.attrs, density.encoding))
     if not {"freq", "dir"} <= set(density.dims):
         return density  # whoever asks for directions says that there are none
     hertz, axis_unit = frequencies_hz(density["freq"])
@@ -141,7 +142,7 @@ def convert_spectrum(density: xr.DataArray, sense: Sense, unit: str | None, said
     direction = density["dir"]
     more = "; ".join(
         chunk[0]
-        for text in (*said, words_of(density.attrs))
+        for text in (*notes, words_of(density.attrs))
         for chunk in _OF_DIRECTIONS.finditer(text)
         if not re.search("wind|current", chunk[0])
     )
@@ -237,7 +238,7 @@ def netcdf_density(file: xr.Dataset, kind: str) -> xr.DataArray:
     return density
 
 
-def as_declared(density: xr.DataArray, kind: str) -> xr.DataArray:
+def convert_density(density: xr.DataArray, kind: str) -> xr.DataArray:
     """A density of one time and site in Hz, degrees where waves come from, and m²/(Hz·degree). Raises Refusal."""
     layout = NETCDF[kind]
     if "stated_height" in density.coords:
@@ -245,7 +246,7 @@ def as_declared(density: xr.DataArray, kind: str) -> xr.DataArray:
         unit = plain_attribute(height.attrs.get("units"))
         density = density.assign_coords(stated_height=to_unit(height.to_numpy(), unit, "m", "height"))
     if kind == "era5":
-        density, done = _of_logarithms(density)
+        density, done = _undo_logarithms(density)
         if done:
             return density
     if layout.angle and "units" not in density["dir"].attrs:
@@ -254,7 +255,7 @@ def as_declared(density: xr.DataArray, kind: str) -> xr.DataArray:
     return convert_spectrum(density, layout.sense, layout.unit, description).assign_attrs(density.attrs)
 
 
-def _of_logarithms(density: xr.DataArray) -> tuple[xr.DataArray, bool]:
+def _undo_logarithms(density: xr.DataArray) -> tuple[xr.DataArray, bool]:
     """ERA5's d2fd is log10, and its frequencies and directions may be numbers 1 to n: whether they were comes too."""
     from wavespectra.input.era5 import from_era5
 

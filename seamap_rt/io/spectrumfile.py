@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError, Refusal, say_of
-from .ndbcfile import from_moments, moments_as_declared, open_ndbc
+from .ndbcfile import convert_moments, density_from_moments, open_ndbc
 from .opening import bytes_held, check_declared_size, open_file, read_unpacked
-from .process import quietly, suppress_close_errors
+from .process import suppress_close_errors, suppress_complaints
 from .spectrum_layouts import (
     NETCDF,
     NO_DIRECTIONS,
     TEXT,
     WANTED,
     DensityUnit,
-    as_declared,
+    convert_density,
     density_unit,
     netcdf_density,
     open_netcdf,
@@ -111,14 +111,14 @@ def read_directional_spectrum(
 
 
 def _read(path: Path, kind: str, time: str | None, site: int) -> DirectionalTable:
-    with _opened(path, kind) as spectra:
-        chosen = _chosen(spectra, path, time, site)
+    with _open_spectra(path, kind) as spectra:
+        chosen = _select_spectrum(spectra, path, time, site)
         check_declared_size(str(path), chosen.nbytes, bytes_held(path))
-        spectrum = moments_as_declared(chosen) if isinstance(chosen, xr.Dataset) else chosen
+        spectrum = convert_moments(chosen) if isinstance(chosen, xr.Dataset) else chosen
         if kind in NETCDF:
-            spectrum = as_declared(spectrum, kind)
+            spectrum = convert_density(spectrum, kind)
         if "moment" in spectrum.dims:
-            return _table(from_moments(spectrum))
+            return _table(density_from_moments(spectrum))
         least, most = float(spectrum.min()), float(spectrum.max())
         if least < -_UNDERSHOOT * abs(most) and kind != "swan":  # whose exception value is -99
             # A fill value that the file does not declare would be a calm where none was measured.
@@ -143,7 +143,7 @@ def _kind_of(path: Path) -> str | None:
             raise Refusal("is text in UTF-16; save it as UTF-8")
         if start[:3] == b"CDF" or start[:8] == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
-        begin = _text(path)[:4_000_000]
+        begin = _read_text(path)[:4_000_000]
     except OSError as error:
         raise Refusal(f"cannot be read ({error}); give a readable file") from None
     if begin.startswith("SWAN"):
@@ -152,7 +152,7 @@ def _kind_of(path: Path) -> str | None:
 
 
 def _netcdf_kind(path: Path) -> str | None:
-    with quietly():
+    with suppress_complaints():
         try:
             with open_netcdf(path, decode_times=False) as file:
                 names = {str(name) for name in (*file.variables, *file.dims)}
@@ -165,7 +165,7 @@ def _netcdf_kind(path: Path) -> str | None:
     return next((kind for kind, each in NETCDF.items() if any(mark <= names for mark in each.marks)), None)
 
 
-def _text(path: Path) -> str:
+def _read_text(path: Path) -> str:
     """A text file, packed or not, without a byte-order mark; letters of another encoding are marked as such."""
     return read_unpacked(path, WANTED).decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
 
@@ -173,7 +173,7 @@ def _text(path: Path) -> str:
 # -------------------------------------------------------------------------------------------------- one time, one site
 
 
-def _chosen(spectra: Spectra, path: Path, time: str | None, site: int) -> Spectra:
+def _select_spectrum(spectra: Spectra, path: Path, time: str | None, site: int) -> Spectra:
     """The spectrum (freq, dir) or (freq, moment) of one time and one site, and the words for both in its attributes."""
     if isinstance(spectra, xr.DataArray) and not {"dir", "moment"} & set(spectra.dims):
         raise Refusal(NO_DIRECTIONS)
@@ -253,7 +253,7 @@ def _table(spectrum: xr.DataArray) -> DirectionalTable:
 
 
 @contextmanager
-def _opened(path: Path, kind: str) -> Iterator[Spectra]:
+def _open_spectra(path: Path, kind: str) -> Iterator[Spectra]:
     """All spectra of a file, those of NetCDF not yet read."""
     if kind in NETCDF:
         with open_netcdf(path) as file:
@@ -267,7 +267,7 @@ def _opened(path: Path, kind: str) -> Iterator[Spectra]:
 
 @contextmanager
 def _open_swan(path: Path) -> Iterator[xr.DataArray]:
-    lines = _text(path).split("\n")
+    lines = _read_text(path).split("\n")
     begins = [(line.split(maxsplit=1) or [""])[0] for line in lines[:100_000]]
     header = [word[:8] for word in begins]
     for word, count in zip(header, begins[1:], strict=False):
@@ -305,8 +305,8 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
 
 
 def _swan_unit(header: list[str], lines: list[str]) -> DensityUnit:
-    """Of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided energy by
-    ρg already."""
+    """The unit of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided
+    energy by ρg already."""
     if "QUANT" not in header:
         return DensityUnit(1.0)
     begin = header.index("QUANT") + 2  # past how many quantities there are

@@ -270,7 +270,7 @@ class Broadcast(AbstractContextManager):
             return sum(each.alive for each in self._readers)
 
     def send(self, line: str) -> None:
-        """To all readers; returns at once."""
+        """Send a line to all readers; returns at once."""
         whole = f"{line}\n".encode()
         with self._lock:
             self._readers = [each for each in self._readers if each.alive]

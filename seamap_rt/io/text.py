@@ -31,7 +31,7 @@ def parse_number(text: str | float) -> float:
     return float(text)
 
 
-def refused(line: int, what: str) -> Refusal:
+def bad_line(line: int, what: str) -> Refusal:
     """The refusal of a line of a table, to be raised."""
     return Refusal(f"line {line}: {what}")
 
@@ -43,7 +43,7 @@ def finite_number(line: int, name: str, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refused(line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
+        raise bad_line(line, f"{name} = '{cell}': must be a finite number; correct it or take the line out")
     return value
 
 
@@ -109,7 +109,7 @@ def decode_text(content: bytes, called: str) -> str:
 def refuse_semicolons(line: int, header: str) -> None:
     """Raise Refusal for a table whose columns a semicolon parts, and so perhaps commas the decimals."""
     if ";" in header and "," not in header:
-        raise refused(line, "has ';' between its columns; save it with commas between them and points in its numbers")
+        raise bad_line(line, "has ';' between its columns; save it with commas between them and points in its numbers")
 
 
 _FORMULA = re.compile(r"\s*[=+\-@\t＝＋－＠]")  # that spreadsheets begin one with, some of them in full width
@@ -143,7 +143,7 @@ LONGEST_VALUE = 60  # characters of a refused value that are shown
 
 
 def key_text(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else quoted(name)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_string(name)
 
 
 def toml_value(value: Any) -> str:
@@ -154,18 +154,18 @@ def toml_value(value: Any) -> str:
     if isinstance(value, float):
         return float.__repr__(value)  # the shortest digits that read back to the same bits; inf is TOML's too
     if isinstance(value, str):
-        return quoted(value)
+        return toml_string(value)
     if isinstance(value, list | tuple):
         return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
     raise TypeError(f"{type(value).__name__} has no form in a scene file")
 
 
-def quoted(text: str) -> str:
+def toml_string(text: str) -> str:
     """A TOML basic string; characters that would break the line or not print are escaped."""
-    return '"' + "".join(_escaped(letter) for letter in text) + '"'
+    return '"' + "".join(_escape(letter) for letter in text) + '"'
 
 
-def _escaped(letter: str) -> str:
+def _escape(letter: str) -> str:
     if letter in '"\\':
         return f"\\{letter}"
     if letter.isprintable():
@@ -176,7 +176,7 @@ def _escaped(letter: str) -> str:
 def shown(value: Any) -> str:
     """A value as a refusal shows it: a list as one types it for --set, where a shell takes a space for its end."""
     try:
-        text = _without_spaces(value) if isinstance(value, list | tuple) else toml_value(value)
+        text = _compact_list(value) if isinstance(value, list | tuple) else toml_value(value)
     except TypeError:
         text = str(value)
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 1] + "…"
@@ -188,8 +188,8 @@ def number_text(value: float) -> str:
     return f"{mantissa}e{int(power)}" if exponent else mantissa
 
 
-def _without_spaces(values: list[Any] | tuple[Any, ...]) -> str:
-    entries = (_without_spaces(each) if isinstance(each, list | tuple) else toml_value(each) for each in values)
+def _compact_list(values: list[Any] | tuple[Any, ...]) -> str:
+    entries = (_compact_list(each) if isinstance(each, list | tuple) else toml_value(each) for each in values)
     return f"[{','.join(entries)}]"
 
 
@@ -211,7 +211,7 @@ def _four_digits(value: float, towards: Callable[[float], int]) -> str:
 
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """An array of what a caller gives; InputError for what is none of numbers."""
+    """The array of a caller's numbers; InputError for anything else."""
     import numpy as np
 
     try:
@@ -220,15 +220,15 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise InputError(f"{name}: is a {type(values).__name__}, must be numbers; give a list or an array") from None
 
 
-def plain(value: Any) -> Any:
+def to_builtin(value: Any) -> Any:
     """Numpy's scalars and arrays, tuples and mappings as Python's own numbers, lists and dictionaries, at any depth;
     all else as it is."""
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return to_builtin(value.tolist())
     if isinstance(value, Mapping):
-        return {key: plain(entry) for key, entry in value.items()}
+        return {key: to_builtin(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
+        return [to_builtin(entry) for entry in value]
     return value
 
 
@@ -245,7 +245,7 @@ def plain_attribute(value: Any) -> Any:
 
 def to_json(value: Any) -> str:
     """Strict JSON of plain or numpy values; what is not finite becomes null."""
-    return json.dumps(_finite(plain(value)), indent=1, allow_nan=False)
+    return json.dumps(_finite(to_builtin(value)), indent=1, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

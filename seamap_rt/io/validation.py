@@ -1,4 +1,4 @@
-"""From the tree of a scene file to its settings: everything that is wrong with it, in the user's words, a line each.
+"""From the tree of a scene file to its settings. Each fault of the tree is described in one line, in the user's words.
 
 A line names the key, its value, the limit or the nearest known key, and what to do.
 """
@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 
 from ..errors import InputError
 from ..settings import Meaning
-from .text import key_text, number_text, quoted, shown, toml_value
+from .text import key_text, number_text, shown, toml_string, toml_value
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Model = TypeVar("Model", bound=BaseModel)
@@ -27,12 +27,12 @@ Further = Callable[[Mapping[str, Any], frozenset[Key]], Iterable[str]]
 
 
 def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further | None = None) -> Model:
-    """The model of a tree. Raises InputError with all that is wrong, a line each, unknown keys first.
+    """The model of a tree. Raises InputError with one line for each fault, unknown keys first.
 
     further: asked where single keys are wrong, with the tree and these keys, for what else is wrong with the rest: the
     model's own checks are not made then.
     """
-    if unwritable := list(_unwritable(tree, ())):
+    if unwritable := list(_find_unwritable(tree, ())):
         raise InputError(*unwritable)
     try:
         return model_class.model_validate(dict(tree))
@@ -40,9 +40,11 @@ def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further
         # An unknown key comes first: a misspelt key is also missing under its right name.
         errors = sorted(refusal.errors(), key=lambda error: error["type"] != "extra_forbidden")
     located = [(_locate(model_class, error["loc"]), error) for error in errors]
-    meant = frozenset(key for location, error in located if error["type"] == "extra_forbidden" for key in location.near)
+    meant = frozenset(
+        key for location, error in located if error["type"] == "extra_forbidden" for key in location.similar_keys
+    )
     located = [(at, error) for at, error in located if not (error["type"] == "missing" and at.key in meant)]
-    lines = [line for location, error in located for line in _lines(model_class, location, error)]
+    lines = [line for location, error in located for line in _problems(model_class, location, error)]
     wrong = meant | {location.key for location, _ in located}
     if further is not None and () not in wrong:  # () is what the model's own checks say
         lines += further(tree, wrong)
@@ -55,7 +57,7 @@ def without(model_class: type[Model], tree: Mapping[str, Any], wrong: frozenset[
     parts: dict[str, Any] = {}
     for name, field in model_class.model_fields.items():
         lost = {key[1:2] for key in wrong if key[0] == name}
-        section = _bare(field.annotation)[0]
+        section = _strip_type(field.annotation)[0]
         if () in lost or (lost and not _is_model(section)):
             continue
         try:
@@ -79,23 +81,23 @@ def without(model_class: type[Model], tree: Mapping[str, Any], wrong: frozenset[
     return result
 
 
-def _unwritable(value: Any, key: Key) -> Iterator[str]:
+def _find_unwritable(value: Any, key: Key) -> Iterator[str]:
     """What Python holds and TOML or a path does not: it could not be written to the resolved scene, or opened."""
     if isinstance(value, Mapping):
         for name, entry in value.items():
-            yield from _unwritable(entry, (*key, name))
+            yield from _find_unwritable(entry, (*key, name))
     elif isinstance(value, list | tuple):
         for index, entry in enumerate(value):
-            yield from _unwritable(entry, (*key, index))
+            yield from _find_unwritable(entry, (*key, index))
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         yield (
-            f"{_dotted(key)}: an integer of {value.bit_length()} bits: must fit in 64 bits, as TOML's "
+            f"{_dotted_key(key)}: an integer of {value.bit_length()} bits: must fit in 64 bits, as TOML's "
             "integers do; give a smaller one"
         )
     elif isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
-        yield _about(key, value, "is not valid Unicode; write the text as UTF-8")
+        yield _problem(key, value, "is not valid Unicode; write the text as UTF-8")
     elif isinstance(value, str) and "\0" in value:
-        yield _about(key, value, "holds a null byte, which no name or path has; take it out")
+        yield _problem(key, value, "holds a null byte, which no name or path has; take it out")
 
 
 # ---------------------------------------------------------------------------------------------- where an error is
@@ -112,17 +114,17 @@ class _Location:
     stated: Any  # the type with its limits and its meaning
 
     @property
-    def known(self) -> list[str]:
+    def known_keys(self) -> list[str]:
         """Keys that may stand there."""
         return list(self.section.model_fields) if self.section else []
 
     @property
-    def near(self) -> list[Key]:
+    def similar_keys(self) -> list[Key]:
         """The key for which an unknown one probably stands: what it was to be is not known."""
-        return [(*self.key[:-1], each) for each in difflib.get_close_matches(str(self.key[-1]), self.known, 1)]
+        return [(*self.key[:-1], each) for each in difflib.get_close_matches(str(self.key[-1]), self.known_keys, 1)]
 
 
-def _bare(kind: Any) -> tuple[Any, str | None]:
+def _strip_type(kind: Any) -> tuple[Any, str | None]:
     """A type stripped of Annotated and None, and the discriminator if it is a tagged union."""
     discriminator = None
     while True:
@@ -148,9 +150,9 @@ def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Location:
     kind: Any = model
     condition = ""
     for step in location:
-        kind, discriminator = _bare(kind)
+        kind, discriminator = _strip_type(kind)
         if discriminator is not None and not _is_model(kind):
-            condition = f" with {discriminator} = {quoted(str(step))}"
+            condition = f" with {discriminator} = {toml_string(str(step))}"
             members = [member for member in get_args(kind) if step in _tags(member, discriminator)]
             kind = members[0] if members else None
             continue
@@ -164,94 +166,96 @@ def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Location:
             kind = entries[0] if entries[-1] is Ellipsis else entries[min(step, len(entries) - 1)]
         else:
             kind = None
-    return _Location(tuple(key), section, _bare(kind)[0], condition, kind)
+    return _Location(tuple(key), section, _strip_type(kind)[0], condition, kind)
 
 
 def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
-    member, _ = _bare(member)
-    return get_args(_bare(member.model_fields[discriminator].annotation)[0]) if _is_model(member) else ()
+    member, _ = _strip_type(member)
+    return get_args(_strip_type(member.model_fields[discriminator].annotation)[0]) if _is_model(member) else ()
 
 
 # -------------------------------------------------------------------------------------------------- what it says
 
 
-def _lines(model: type[BaseModel], location: _Location, error: ErrorDetails) -> Iterator[str]:
-    said = error.get("ctx", {}).get("error")
-    if isinstance(said, InputError):  # it may tell of several
-        yield from (_about(location.key, error["input"], line) for line in said.problems)
+def _problems(model: type[BaseModel], location: _Location, error: ErrorDetails) -> Iterator[str]:
+    inner = error.get("ctx", {}).get("error")
+    if isinstance(inner, InputError):  # it may tell of several
+        yield from (_problem(location.key, error["input"], line) for line in inner.problems)
     else:
-        yield _sentence(model, location, error)
+        yield _describe_error(model, location, error)
 
 
-def _sentence(model: type[BaseModel], location: _Location, error: ErrorDetails) -> str:
+def _describe_error(model: type[BaseModel], location: _Location, error: ErrorDetails) -> str:
     value, kind = error["input"], error["type"]
     key, context = location.key, error.get("ctx", {})
     if kind in ("value_error", "assertion_error"):
-        return _about(key, value, str(context.get("error", error["msg"])) + _in_other_units(location, value))
+        return _problem(key, value, str(context.get("error", error["msg"])) + _suggest_units(location, value))
     if kind == "extra_forbidden":
-        return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), location.known, model)}")
+        return _problem(
+            key, value, f"unknown key{location.condition}; {_suggest_key(str(key[-1]), location.known_keys, model)}"
+        )
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         tag_key = str(context["discriminator"]).strip("'")
         choices = [tag for member in get_args(location.kind) for tag in _tags(member, tag_key)]
         written = value.get(tag_key) if isinstance(value, Mapping) else None
         if written is None:
-            return f"{_dotted((*key, tag_key))}: is missing; add it, {_one_of(choices)}"
-        return _about((*key, tag_key), written, _choose(written, choices))
+            return f"{_dotted_key((*key, tag_key))}: is missing; add it, {_list_choices(choices)}"
+        return _problem((*key, tag_key), written, _suggest_choice(written, choices))
     if kind == "literal_error":
-        return _about(key, value, _choose(value, list(get_args(location.kind))))
+        return _problem(key, value, _suggest_choice(value, list(get_args(location.kind))))
     if kind in ("missing", "too_long", "too_short") and isinstance(value, list | tuple):
         if isinstance(key[-1], int):  # an entry of a list of fixed length
             location = _locate(model, error["loc"][:-1])
             key = location.key
-        return _about(key, list(value), f"must be {_wanted(location.kind, key)}")
+        return _problem(key, list(value), f"must be {_type_in_words(location.kind, key)}")
     if kind == "missing":
-        return f"{_dotted(key)}: is missing; it must be {_wanted(location.kind, key)}"
+        return f"{_dotted_key(key)}: is missing; it must be {_type_in_words(location.kind, key)}"
     if kind.endswith("_type"):
-        return _about(key, value, f"must be {_wanted(location.kind, key)}{_rewritten(location, value)}")
-    return _about(key, value, error["msg"][:1].lower() + error["msg"][1:])
+        return _problem(key, value, f"must be {_type_in_words(location.kind, key)}{_suggest_spelling(location, value)}")
+    return _problem(key, value, error["msg"][:1].lower() + error["msg"][1:])
 
 
-def _about(key: Key, value: Any, words: str) -> str:
+def _problem(key: Key, value: Any, words: str) -> str:
     given = "" if isinstance(value, Mapping | BaseModel) or value is None else f" = {shown(value)}"
-    return f"{_dotted(key)}{given}: {words}" if key else words
+    return f"{_dotted_key(key)}{given}: {words}" if key else words
 
 
-def _wanted(kind: Any, key: Key) -> str:
+def _type_in_words(kind: Any, key: Key) -> str:
     """A type in plain words."""
     if get_origin(kind) is Literal:
-        return _one_of(list(get_args(kind)))
+        return _list_choices(list(get_args(kind)))
     if get_origin(kind) is tuple:
         entries = get_args(kind)
         if entries[-1] is Ellipsis:
-            inner, _ = _bare(entries[0])
+            inner, _ = _strip_type(entries[0])
             if _is_model(inner) or get_origin(inner) in (Union, UnionType):
-                return f"a list of tables: write each as [[{_dotted(key)}]]"
+                return f"a list of tables: write each as [[{_dotted_key(key)}]]"
             return "a list"
-        numbers = all(_bare(entry)[0] in (float, int) for entry in entries)
+        numbers = all(_strip_type(entry)[0] in (float, int) for entry in entries)
         return f"a list of {len(entries)} {'numbers' if numbers else 'entries'}"
     if _is_model(kind) or get_origin(kind) in (Union, UnionType):
         inside_list = bool(key) and isinstance(key[-1], int)
-        return f"a table: write it as {f'[[{_dotted(key[:-1])}]]' if inside_list else f'[{_dotted(key)}]'}"
+        return f"a table: write it as {f'[[{_dotted_key(key[:-1])}]]' if inside_list else f'[{_dotted_key(key)}]'}"
     words = {float: "a number", int: "a whole number", bool: "true or false", str: "text in quotes"}
     return words.get(kind, "of another type")
 
 
-def _rewritten(location: _Location, value: Any) -> str:
+def _suggest_spelling(location: _Location, value: Any) -> str:
     """How a value of the wrong type should be written, where that is evident."""
     kind = location.kind
     if kind is int and isinstance(value, float) and value.is_integer():
         return f"; write {int(value)}" if abs(value) < 2**63 else ""
     if kind is str and not isinstance(value, Mapping | list | tuple | str):
-        return f"; write {quoted(shown(value))}"
+        return f"; write {toml_string(shown(value))}"
     if isinstance(value, str) and kind in (float, int):
         try:
             number = kind(value)
         except ValueError:
-            return _without_unit(location, value)
+            return _suggest_number(location, value)
         return f"; write {toml_value(number)} without quotes"
     if get_origin(kind) is tuple and isinstance(value, str):
         entries = [float(each) for each in re.findall(_NUMBER, value)]
-        return f"; write [{','.join(map(number_text, entries))}]" if _is_taken(location, entries) else ""
+        return f"; write [{','.join(map(number_text, entries))}]" if _is_valid(location, entries) else ""
     if kind is bool and value in ("true", "false", "True", "False"):
         return f"; write {str(value).lower()} without quotes"
     return ""
@@ -269,7 +273,7 @@ _OTHER_UNITS = {  # in which people think, by the key's own: how many of it one 
 }
 
 
-def _in_other_units(location: _Location, value: Any) -> str:
+def _suggest_units(location: _Location, value: Any) -> str:
     """What a number that is refused may be meant as, of another unit's prefix, or a ratio for decibels: nearest to the
     default first."""
     numbers = list(value) if isinstance(value, list | tuple) else [value]
@@ -283,7 +287,7 @@ def _in_other_units(location: _Location, value: Any) -> str:
     proposals: dict[str, float] = {}
     for each in meant:
         each = [float(f"{number:.12g}") for number in each]
-        if _is_taken(location, each if isinstance(value, list | tuple) else each[0]):
+        if _is_valid(location, each if isinstance(value, list | tuple) else each[0]):
             text = ",".join(map(number_text, each))
             far = abs(math.log(abs(each[-1] / default))) if default and each[-1] else math.inf
             proposals[f"[{text}]" if isinstance(value, list | tuple) else text] = far
@@ -291,7 +295,7 @@ def _in_other_units(location: _Location, value: Any) -> str:
     return words and f"; did you mean {words}{f' ({unit})' if unit != '1' else ''}?"
 
 
-def _without_unit(location: _Location, text: str) -> str:
+def _suggest_number(location: _Location, text: str) -> str:
     """A number that is written with a unit, as the key's own."""
     meaning, found = _meaning(location), re.fullmatch(rf"\s*({_NUMBER})\s*(\S+)\s*", text)
     if meaning is None or not meaning.unit or found is None:
@@ -313,7 +317,7 @@ def _default(location: _Location) -> float | None:
     return float(last) if isinstance(last, int | float) and math.isfinite(last) else None
 
 
-def _is_taken(location: _Location, value: Any) -> bool:
+def _is_valid(location: _Location, value: Any) -> bool:
     """Whether a value keeps the key's own limits."""
     try:
         TypeAdapter(location.stated, config={"strict": True}).validate_python(value)
@@ -322,32 +326,32 @@ def _is_taken(location: _Location, value: Any) -> bool:
     return True
 
 
-def _one_of(choices: Sequence[Any]) -> str:
+def _list_choices(choices: Sequence[Any]) -> str:
     return ("one of " if len(choices) > 1 else "") + ", ".join(shown(choice) for choice in choices)
 
 
-def _choose(written: Any, choices: list[Any]) -> str:
+def _suggest_choice(written: Any, choices: list[Any]) -> str:
     near = difflib.get_close_matches(str(written), [str(choice) for choice in choices], 1)
-    hint = f"; did you mean {quoted(near[0])}?" if near and len(choices) > 1 else ""
+    hint = f"; did you mean {toml_string(near[0])}?" if near and len(choices) > 1 else ""
     only = " (the only choice so far)" if len(choices) == 1 else ""
-    return f"must be {_one_of(choices)}{only}{hint}"
+    return f"must be {_list_choices(choices)}{only}{hint}"
 
 
-def _nearest(name: str, known: Sequence[str], model: type[BaseModel]) -> str:
+def _suggest_key(name: str, known: Sequence[str], model: type[BaseModel]) -> str:
     """The nearest key of the section, or the same key elsewhere if that is likelier; else all its keys."""
     slip = difflib.get_close_matches(name, known, 1, 0.8)
-    near = slip or list(_elsewhere(name, model, "")) or difflib.get_close_matches(name, known, 1)
+    near = slip or list(_find_key(name, model, "")) or difflib.get_close_matches(name, known, 1)
     return f"did you mean {' or '.join(near)}?" if near else f"the keys here are {', '.join(known)}"
 
 
-def _elsewhere(name: str, model: type[BaseModel], prefix: str) -> Iterator[str]:
+def _find_key(name: str, model: type[BaseModel], prefix: str) -> Iterator[str]:
     for key, field in model.model_fields.items():
-        kind, _ = _bare(field.annotation)
+        kind, _ = _strip_type(field.annotation)
         if key == name:
             yield prefix + key
         if _is_model(kind):
-            yield from _elsewhere(name, kind, f"{prefix}{key}.")
+            yield from _find_key(name, kind, f"{prefix}{key}.")
 
 
-def _dotted(key: Key) -> str:
+def _dotted_key(key: Key) -> str:
     return ".".join(key_text(str(step)) for step in key)

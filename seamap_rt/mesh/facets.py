@@ -28,7 +28,7 @@ from .grid import PolarGrid
 
 
 class Edges(NamedTuple):
-    """Of the facets of a column."""
+    """Edges of the facets of a column."""
 
     chord: NDArray[np.float64]  # (rung,) m, across the column
     step: NDArray[np.float64]  # (rung − 1,) m, along it
@@ -230,7 +230,7 @@ def facets_of(
 def velocities_of(
     velocity_look: NDArray[np.float32], velocity_up: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Of the facets (column, facet), from those of the lines (line, rung): outward and up, m/s."""
+    """Velocities of the facets (column, facet), from those of the lines (line, rung): outward and up, m/s."""
     columns, rungs = velocity_look.shape[0] - 1, velocity_look.shape[1]
     look, up = (np.empty((columns, 2 * (rungs - 1)), dtype=np.float32) for _ in range(2))
 

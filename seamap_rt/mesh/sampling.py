@@ -63,13 +63,13 @@ def sampling_errors(radar: RadarSettings, ranges: Field, facet: Field) -> Sampli
 
 
 class _Sums(NamedTuple):
-    """Of a gate, (place,)."""
+    """The sums of a gate, (place,)."""
 
     power: Field
     covariance: NDArray[np.complex128]
 
     def __add__(self, other: tuple) -> _Sums:
-        """Of two parts of the sea."""
+        """The sums over two parts of the sea together."""
         return _Sums(self.power + other[0], self.covariance + other[1])
 
 
@@ -143,7 +143,7 @@ class _Look:
         return np.hypot(ground - other_ahead, level - other_up) - np.hypot(ground - ahead, level - up)
 
     def metres_per_radian(self, middle: float) -> float:
-        """Of height, where the range stays."""
+        """Metres of height for each radian of phase, where the range stays."""
         step = 0.01
         ground = [float(np.sqrt(max(middle**2 - (self.height - level) ** 2, 0.0))) for level in (-step, step)]
         turned = float(self.turn * (self._difference(ground[1], step) - self._difference(ground[0], -step)))

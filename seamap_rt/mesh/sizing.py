@@ -179,7 +179,7 @@ def _level(radar: RadarSettings) -> tuple[float, SamplingErrors]:
 
 
 def _level_errors(radar: RadarSettings, facet: NDArray[np.float64]) -> SamplingErrors:
-    """Those of facet sizes, (range, facet size). They fall with the square of the size at least."""
+    """Errors of level by facet size, (range, facet size). They fall with the square of the size at least."""
     known, errors = _level(radar)
     if facet[0] > known:
         known, errors = float(facet[0]), sampling_errors(radar, _ranges(radar), facet[:1])

@@ -159,7 +159,7 @@ REFRACTED_RADIUS = 4.0 / 3.0 * EARTH_RADIUS  # m, of standard refraction
 
 
 def earth_drop_m(ground_range_m: float) -> float:
-    """By how much [m] the Earth falls away beneath the tangent plane, √(R² + d²) − R with 4/3 of its radius."""
+    """The depth [m] by which the Earth falls away beneath the tangent plane, √(R² + d²) − R with 4/3 of its radius."""
     return ground_range_m**2 / (REFRACTED_RADIUS + float(np.hypot(REFRACTED_RADIUS, ground_range_m)))
 
 

@@ -100,7 +100,7 @@ def advise_on(
     seed: int = 0,
     task: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
-    """As `advise`, of any sea ahead; task: mission, limits and hold."""
+    """Advise as `advise` does, for any sea ahead. task: mission, limits and hold."""
     mission, limits, hold = _task(**(task or {}))
     heading, speed = _courses(headings, speeds)
     held = Course(float(heading[0]), float(speed[0])) if hold is None else Course(*hold[:2])

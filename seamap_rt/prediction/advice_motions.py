@@ -181,7 +181,7 @@ class SeaPrediction:
         )
 
     def transfers(self, courses: Sequence[Course], shares: Shares) -> Transfers:
-        """Of some courses; all waves and speeds of a heading at once."""
+        """Transfers for some courses; all waves and speeds of a heading at once."""
         sets = self.waves, self.groups, self.spectrum
         whole = Waves(*(np.concatenate([getattr(each, name) for each in sets]) for name in ("kx", "ky", "omega")))
         made = np.empty((len(courses), len(QUANTITIES), whole.kx.size), np.complex128)
@@ -263,10 +263,10 @@ class _OpenShares:
         powers = variances * np.abs(transfers.groups) ** 2
         whole = powers.sum(axis=-1)[..., None]
         coarse = np.linspace(lead[0], lead[-1], max(2, int(np.ceil(np.ptp(lead) / _COARSE_S)) + 1))
-        kept, said = self._samples(coarse, transfers.courses)
+        kept, open_variance = self._samples(coarse, transfers.courses)
         here = np.full(coarse.size, field.centre[0]), np.full(coarse.size, field.centre[1]), field.issued + coarse
         short = np.einsum("lg,cqg->cql", field.short_share(here), powers) / np.maximum(whole, 1e-300)
-        share = np.minimum(said[:, None] / variances.sum() + short, 1.0)
+        share = np.minimum(open_variance[:, None] / variances.sum() + short, 1.0)
         kept, share = _interpolate(coarse, kept, lead)[:, None], _interpolate(coarse, share, lead)
         met = field.is_within_period(*(each.ravel() for each in _ways(field, transfers.courses, lead)))
         met = met.reshape(len(transfers.courses), 1, lead.size)
@@ -288,9 +288,9 @@ class _OpenShares:
             return_inverse=True,
         )
         kept, missed = field.residual_elevation(*places)
-        said = 0.5 * np.mean(np.abs(missed) ** 2, axis=0)
+        open_variance = 0.5 * np.mean(np.abs(missed) ** 2, axis=0)
         shape = len(courses), lead.size
-        return kept[number].reshape(shape), said[number].reshape(shape)
+        return kept[number].reshape(shape), open_variance[number].reshape(shape)
 
 
 def _ways(field: WaveField, courses: Sequence[Course], lead: Field) -> tuple[Field, Field, Field]:

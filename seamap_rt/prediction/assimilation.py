@@ -157,7 +157,7 @@ _ZONE_SQUARES = 5.0  # a wavelength of the shortest of them
 
 
 class StrongestWaves:
-    """Of one lattice, as batches tell of them."""
+    """The strongest waves of one lattice, by what batches tell of them."""
 
     def __init__(self, lattice: Lattice, batches: Sequence[Batch]) -> None:
         power = lattice.scale**2
@@ -188,7 +188,7 @@ class StrongestWaves:
         return made
 
     def apply_inverse(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
-        """Of the chosen waves (wave,)."""
+        """Apply the inverse to the chosen waves (wave,)."""
         parts = np.concatenate((unknowns.real, unknowns.imag))
         real, imaginary = np.split(np.asarray(cho_solve(self._inverse, parts)), 2)
         return (real + 1j * imaginary).astype(np.complex64)
@@ -223,7 +223,7 @@ def _inverse(waves: NDArray[np.complex64]) -> NDArray[np.complex64]:
 
 
 class Preconditioner:
-    """For batches and the lattices that they are fitted by. Positive definite and its own adjoint."""
+    """A preconditioner for batches and the lattices that they are fitted by; positive definite, and its own adjoint."""
 
     def __init__(self, batches: Sequence[Batch], lattices: Sequence[Lattice], workers: Executor) -> None:
         self._workers = workers
@@ -279,7 +279,7 @@ class Preconditioner:
 
 
 def _smooth(field: Field, width: float, spacing: float) -> Field:
-    """Over a Gaussian of so many metres."""
+    """A field smoothed over a Gaussian of so many metres."""
     side = field.shape[0]
     k = fft.fftfreq(side, 1.0 / side) * spacing
     softly = np.exp(-0.5 * width**2 * k**2)

@@ -168,8 +168,8 @@ def _select_body(held: xr.Dataset, path: Path, body: str | None) -> tuple[xr.Dat
     bodies = list(dict.fromkeys(each.rpartition("__")[0] for each in every))
     own = str(held["body_name"].values) if bodies == [""] and "body_name" in held else ""
     if len(bodies) > 1 and body not in bodies:
-        said = f"is '{body}'" if body else "is missing"
-        raise InputError(f"{path}: holds several bodies, prediction.vessel.body {said}: must be {' or '.join(bodies)}")
+        given = f"is '{body}'" if body else "is missing"
+        raise InputError(f"{path}: holds several bodies, prediction.vessel.body {given}: must be {' or '.join(bodies)}")
     if len(bodies) == 1 and body not in (None, own, *bodies):
         name = own or bodies[0]
         remedy = f"write {name}, or leave it out" if name else "leave it out"

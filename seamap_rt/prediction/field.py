@@ -117,7 +117,7 @@ class WaveField(TableMixin):
     def quantities(
         self, names: Sequence[str], vessel: Vessel | None = None, course: Course = AT_REST
     ) -> list[Quantity]:
-        """Of the water or of a vessel on a course. Raises ValueError for names that are not known."""
+        """Quantities of the water, or of a vessel on a course. Raises ValueError for names that are not known."""
         groups, water = self.knowledge.groups, self.spectrum.water
         return quantities(names, self.lattices, self.members[0].lattice, groups, water, vessel, course)
 
@@ -132,8 +132,8 @@ class WaveField(TableMixin):
         for quantity, waves, kept, samples in zip(wanted, means, *self._residual_waves(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
-            said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
-            still_open = np.where(met, said, of_groups.sum())
+            variance = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
+            still_open = np.where(met, variance, of_groups.sum())
             known = of_groups.sum() - still_open
             right = self.model_error.kept_share(points[2], height_of(waves, known))
             wrong, mean = known * (1.0 - right**2), right * kept * waves.real
@@ -164,8 +164,8 @@ class WaveField(TableMixin):
         for quantity, (mean, _, wrong), samples in zip(wanted, self._predict(wanted, points), missed, strict=True):
             of_groups = power(quantity, groups)
             most = np.maximum(of_groups.sum() - share @ of_groups, 0.0)
-            said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
-            kept = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
+            variance = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
+            kept = np.where(met, np.sqrt(np.minimum(most / np.maximum(variance, 1e-12), 1.0)), 0.0)
             of_samples = kept * np.real((parts[0] + 1j * parts[1]) @ samples)
             held = np.maximum((1.0 - whole) @ of_groups, 1e-300)  # waves that are wrong are of these groups
             size = np.sqrt(whole + (wrong / held)[:, None] * (1.0 - whole))

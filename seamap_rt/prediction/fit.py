@@ -42,7 +42,7 @@ class Fit:
 
     @classmethod
     def of(cls, spectrum: Spectrum, seen: Sequence[Observations], seconds: float, centre: tuple[float, float]) -> Fit:
-        """For observations like these. seconds: from the first of them to the last forecast."""
+        """An empty fit for observations like these. seconds: from the first of them to the last forecast."""
         distance = np.concatenate([np.hypot(each.x - centre[0], each.y - centre[1]) for each in seen])
         information = np.concatenate([1.0 / (each.std**2 + _LEFT * spectrum.variance) for each in seen])
         order = np.argsort(distance)
@@ -101,7 +101,7 @@ class Fit:
 
     @property
     def turns(self) -> int:
-        """That gave observations; numbers below 0 are not of turns."""
+        """Numbers of the turns that gave observations; numbers below 0 are not of turns."""
         return sum(1 for number, parts in self.batches.items() if parts and number >= 0)
 
     @property
@@ -138,7 +138,7 @@ class Fit:
         ]
 
     def _values(self, batch: Batch, kind: str) -> Field:
-        """Of the fitted waves at the places of a batch of elevations."""
+        """Values of the fitted waves at the places of a batch of elevations."""
         factors = [lattice.factor(kind, self.spectrum.water) for lattice in self.lattices]
         waves = [(f * a).astype(np.complex64) for f, a in zip(factors, self.amplitudes, strict=True)]
         return batch.sum.values(waves).astype(np.float64)

@@ -77,7 +77,7 @@ class Innovations:
                 self._samples.append(ErrorSample((found - stated) / known, stated / known, drifted))
 
     def model_error(self, fit: Fit) -> ModelError:
-        """Of a field by a fit of now."""
+        """The model error of a field by the present fit."""
         return fit_model_error(self._samples, fit.spectrum, fit.middle)
 
 

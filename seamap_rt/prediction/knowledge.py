@@ -63,7 +63,7 @@ class Groups:
     against: Field  # m⁴, of the waves that run the other way
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Groups:
-        """Those of a mask."""
+        """The groups of a mask."""
         return Groups(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
     @classmethod
@@ -125,7 +125,7 @@ class Knowledge:
     def of(
         cls, spectrum: Spectrum, lattices: Sequence[Lattice], batches: Sequence[Batch], centre: tuple[float, float]
     ) -> Knowledge:
-        """Of the batches of a fit."""
+        """The knowledge that the batches of a fit give."""
         water = spectrum.water
         length = 2.0 * np.pi / float(water.wavenumber(2.0 * np.pi / spectrum.peak_period))
         side = length / _SQUARES
@@ -219,12 +219,12 @@ class ModelError:
 
     @classmethod
     def expected(cls, spectrum: Spectrum) -> ModelError:
-        """Of a sea before the first comparison."""
+        """The model error expected before the first comparison."""
         return cls(_STILL, scatter(spectrum))
 
     def share(self, time: Field, height: Field) -> Field:
-        """At some times [s], of groups whose energy is `height` times that of all in the mean. More than 1 is wrong of
-        high groups whose phases nobody knows any more."""
+        """The share at some times [s], of groups whose energy is `height` times that of all in the mean. More than 1 is
+        wrong of high groups whose phases nobody knows any more."""
         turned = 0.5 * (self.drift * (time - self.since)) ** 2
         alone, own = -np.expm1(-turned), -np.expm1(-turned * height**2 / 6.0)
         return np.minimum(self.still, 1.0) + 2.0 / 3.0 * (alone + height * (alone + own))

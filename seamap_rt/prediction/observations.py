@@ -66,7 +66,7 @@ class Observations:
         return self.value.size
 
     def __getitem__(self, chosen: ArrayLike) -> Observations:
-        """Those of a mask, an index array or a slice."""
+        """The observations of a mask, an index array or a slice."""
         return Observations(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
     @property

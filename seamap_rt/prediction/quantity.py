@@ -22,7 +22,7 @@ MOTIONS = ("heave", "roll", "pitch")  # m, rad, rad
 
 
 class Course(NamedTuple):
-    """Of a vessel over ground: heading [deg clockwise from north] and speed along it [m/s]."""
+    """A vessel's course over ground: heading [deg clockwise from north] and speed along it [m/s]."""
 
     heading_deg: float = 0.0
     speed_m_s: float = 0.0
@@ -56,7 +56,7 @@ def quantities(
     vessel: Vessel | None = None,
     course: Course = AT_REST,
 ) -> list[Quantity]:
-    """Those of some names. Raises ValueError for a motion of no vessel and for names that are not known."""
+    """Quantities by their names. Raises ValueError for a motion of no vessel and for names that are not known."""
     kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
     sets = [(each.kx, each.ky, each.k, each.frequency, each.omega) for each in (*lattices, samples)]
     sets.append((kx, ky, groups.k, groups.frequency, groups.omega))

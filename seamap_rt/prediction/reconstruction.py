@@ -270,7 +270,7 @@ def vessel_of(settings: VesselSettings) -> Vessel | None:
 
 
 def vessel_notes(vessel: Vessel | None) -> tuple[str, ...]:
-    """What one should know of a vessel's file: what of it was left out, or is odd; a line each."""
+    """Notes on a vessel's file, one line each: which parts were left out, or look odd."""
     return getattr(vessel, "notes", ())
 
 

@@ -183,7 +183,7 @@ class Box:
         )
 
     def _roll_damping(self, met: EncounterWaves) -> Real:
-        """Over the stiffness [s]: the paper's fit of a section's damping, and what the user adds."""
+        """Roll damping over the stiffness [s]: the paper's fit of a section's damping, and what the user adds."""
         ratio = np.clip(self.beam_m / self.draught_m, _SLENDER, _FLAT)
         if ratio >= _NARROW:
             a, b, d = 0.256 * ratio - 0.286, -0.11 * ratio - 2.55, 0.033 * ratio - 1.419

@@ -53,7 +53,7 @@ class Terms:
 
     @property
     def count(self) -> int:
-        """Of pairs."""
+        """Number of pairs."""
         return self.mine.shape[0]
 
     def pairs(self, amplitudes: Waves) -> Waves:
@@ -351,11 +351,11 @@ class WaveSum:
         return _Part(number, members, terms, times, grid, placed)
 
     def places(self, lattice: int) -> NDArray[np.intp]:
-        """Of the observations that a lattice's waves are summed at."""
+        """Places of the observations that a lattice's waves are summed at."""
         return np.concatenate([np.empty(0, np.intp)] + [p.members for p in self._parts if p.lattice == lattice])
 
     def values(self, amplitudes: Amplitudes) -> NDArray[np.float32]:
-        """Of each observation (n,), by amplitudes [m] of each lattice (n, n)."""
+        """Values of each observation (n,), by amplitudes [m] of each lattice (n, n)."""
         total = np.zeros(self.size, np.float32)
         for part in self._parts:
             total[part.members] += part.values(amplitudes[part.lattice])

@@ -1,1 +1,1 @@
-"""The sea itself on file and in pictures (`writing`), and what of it the radar on its mast can see (`link`)."""
+"""The sea itself on file and in pictures (`writing`), and what the radar on its mast can see of it (`link`)."""

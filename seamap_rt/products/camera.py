@@ -42,7 +42,7 @@ class Camera:
         self._trace, self._scatterer = trace, scatterer
         self._grid = polar_grid(Installation(scene.radar), scene.meshing, 0)
         x, y = np.meshgrid(points, points)
-        self._inside, self._column, self._facet = facets_under(self._grid, scene.radar, x, y)
+        self._inside, self._column, self._facet = locate_facets(self._grid, scene.radar, x, y)
 
     def moment(self, t: float) -> xr.Dataset:
         """The schema's `sea` at one time [s]."""
@@ -88,7 +88,7 @@ class Camera:
         return np.where(visible > DARK, nrcs, np.float32(np.nan)), visible
 
 
-def facets_under(
+def locate_facets(
     grid: PolarGrid, radar: RadarSettings, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.intp], NDArray[np.intp]]:
     """Which points (…) lie in the sector and the range window, and column and facet over each of those, (n,). Exact."""
@@ -132,7 +132,7 @@ _FURTHER_ATTRIBUTES: dict[str, dict[str, Any]] = {
 
 
 def _provenance(scene: Scene, sea: Sea) -> dict[str, Any]:
-    """What the file says of itself: the scene, and what of the sea is resolved."""
+    """Attributes of the file: the scene, and the resolved part of the sea."""
     return {
         "title": f"Simulated sea of the scene {scene.name}, seed {scene.seed}",
         "source": f"seamap_rt {version('seamap_rt')}",

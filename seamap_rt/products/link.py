@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, radar_wavelength, written
 from ..errors import InputError
-from ..io.process import uninterrupted
+from ..io.process import hold_interruptions
 from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..io.text import csv_text, number_list
 from ..radar import link
@@ -41,9 +41,9 @@ def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
     lines = [f"Link budget of {scene.name}: a level boat over mean sea level", ""]
     lines += [f"{name:{wide}}  {value}" for name, value in facts]
     seen = _sea_columns(scene.radar, table)
-    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(seen)]
+    lines += ["", f"The sea; {nrcs_words(table)}", *_align_columns(seen)]
     for each in table.budgets:
-        lines += ["", _TITLES[each.name], *_aligned([seen[0], *_budget_columns(table, each)])]
+        lines += ["", _TITLES[each.name], *_align_columns([seen[0], *_budget_columns(table, each)])]
     notes = _notes(scene.radar, table.range)
     return [*lines, "", *notes] if notes else lines
 
@@ -59,7 +59,7 @@ def link_table(radar: RadarSettings, table: LinkBudget) -> str:
 
 
 def _facts(scene: Scene) -> list[tuple[str, str]]:
-    """Name and value of what does not depend on range."""
+    """Names and values of the facts that do not depend on range."""
     radar = scene.radar
     across = (link.footprint_m(radar, r) for r in (100.0, 200.0))
     spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)
@@ -145,7 +145,7 @@ def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
 
 
 def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
-    """Without the ranges."""
+    """Columns of a budget, without the ranges."""
     columns: list[Column] = [("echo dBm", "echo_dbm", _dbm(each.power), 2)]
     for heading, prefix, rows in (("SNR dB", "snr", each.snr), ("σ0 min dB", "minimum_nrcs", each.minimum_nrcs)):
         for mode, row in zip(table.integrations, rows, strict=True):
@@ -154,7 +154,7 @@ def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
     return columns
 
 
-def _aligned(columns: Sequence[Column]) -> list[str]:
+def _align_columns(columns: Sequence[Column]) -> list[str]:
     """Headings of two lines at most, numbers flush right."""
     heads = [_split_unit(heading) for heading, *_ in columns]
     cells = [
@@ -309,7 +309,7 @@ def write_link(
 
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
         clear_folder(folder, PRODUCTS)
-        with uninterrupted():
+        with hold_interruptions():
             write_whole(folder / "link.csv", link_table(radar, table))
             write_whole(folder / "link.png", picture)
     return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

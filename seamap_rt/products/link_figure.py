@@ -32,16 +32,16 @@ def draw(scene: Scene, curve: LinkBudget) -> Figure:
     right = style.WIDTH - wide - 0.14
     panels = [style.place(figure, x, y, wide, high) for y in (0.58, 3.18) for x in (left, right)]
     near, far = float(curve.range[0]), float(curve.range[-1])
-    for axes, panel in zip(panels, (_gain, _power, _ratio, _weakest), strict=True):
+    for axes, panel in zip(panels, (_draw_gain, _draw_power, _draw_ratio, _draw_weakest), strict=True):
         panel(axes, scene, curve)
-        _range_axis(axes, near, far)
+        _set_range_axis(axes, near, far)
         if (blind := blind_range_m(scene.radar)) > near:
             axes.axvspan(near, min(blind, far), color=style.GRID, alpha=0.45, linewidth=0.0, zorder=0.5)
     figure.text(left / style.WIDTH, 1.0 - 0.2 / height, _heading(scene, curve), fontsize=style.FONT, va="center")
     return figure
 
 
-def _gain(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
+def _draw_gain(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     style.graph(axes, "", "One-way gain (dBi)", "(a) Gain towards mean sea level, mid-beam")
     peak = float(db(antenna(scene.radar).gain))
     axes.axhline(peak, color=style.GREY, linestyle=":", linewidth=1.0, label=f"boresight, {peak:.1f} dBi")
@@ -52,7 +52,7 @@ def _gain(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     axes.legend(loc="lower right")
 
 
-def _power(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
+def _draw_power(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     style.graph(axes, "", "Power (dBm)", "(b) Echo of one pulse, and noise")
     for budget in curve.budgets:
         level = db(1e3 * budget.power)
@@ -60,11 +60,11 @@ def _power(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     noise = float(db(1e3 * curve.noise))
     label = f"noise, {noise:.1f} dBm".replace("-", "−")
     axes.axhline(noise, color=style.GREY, linestyle=":", linewidth=1.0, label=label)
-    _frame(axes, [*(db(1e3 * budget.power) for budget in curve.budgets), np.array([noise])])
+    _set_limits(axes, [*(db(1e3 * budget.power) for budget in curve.budgets), np.array([noise])])
     axes.legend(loc="upper right")
 
 
-def _ratio(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
+def _draw_ratio(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     style.graph(axes, "Slant range (m)", "Signal to noise (dB)", "(c) Signal to noise, ranges of the simulator")
     axes.axhline(0.0, color=style.GREY, linestyle=":", linewidth=1.0)
     for budget in curve.budgets:
@@ -75,29 +75,29 @@ def _ratio(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
                 curve.range, db(row), color=colour, linestyle=_DASHES[budget.name],
                 label=words if budget.name == "simulator" else None,
             )  # fmt: skip
-    _frame(axes, [*(db(row) for budget in curve.budgets for row in budget.snr), np.zeros(1)])
+    _set_limits(axes, [*(db(row) for budget in curve.budgets for row in budget.snr), np.zeros(1)])
     axes.legend(loc="upper right")
 
 
-def _weakest(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
+def _draw_weakest(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     style.graph(axes, "Slant range (m)", "σ0 (dB)", "(d) Weakest σ0 at 0 dB, and the mean sea")
     for budget in curve.budgets:
         for colour, row in zip(_COLOURS, budget.minimum_nrcs, strict=True):
             axes.plot(curve.range, db(row), color=colour, linestyle=_DASHES[budget.name])
     axes.plot(curve.range, db(curve.nrcs), color=style.GREEN, linewidth=2.0, label="mean σ0 of the scene")
     levels = [db(row) for budget in curve.budgets for row in budget.minimum_nrcs]
-    _frame(axes, [*levels, db(curve.nrcs)])
+    _set_limits(axes, [*levels, db(curve.nrcs)])
     axes.legend(loc="lower right")
 
 
-def _frame(axes: Axes, levels: list[NDArray[np.float64]]) -> None:
+def _set_limits(axes: Axes, levels: list[NDArray[np.float64]]) -> None:
     """Limits [dB] that hold the levels; of a deep null only the upper part."""
     finite = np.concatenate([level[np.isfinite(level)] for level in levels])
     low, high = np.percentile(finite, 1.0), np.percentile(finite, 99.0)
     axes.set_ylim(float(low) - _MARGIN, float(high) + _MARGIN)
 
 
-def _range_axis(axes: Axes, near: float, far: float) -> None:
+def _set_range_axis(axes: Axes, near: float, far: float) -> None:
     """Logarithmic, labelled in metres."""
     axes.set_xscale("log")
     axes.set_xlim(near, far)

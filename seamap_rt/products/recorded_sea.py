@@ -25,13 +25,13 @@ from ..dataset import build
 from ..errors import InputError, MachineLimitError, report_partial_results
 from ..io.appendable import AppendableNetCDF
 from ..io.opening import read_npz
-from ..io.process import Progress, duration, silent, uninterrupted
-from ..io.results_folder import clear_folder, growing, held_folder, results_folder
+from ..io.process import Progress, duration, hold_interruptions, ignore_progress
+from ..io.results_folder import clear_folder, lock_folder, note_growing, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Evolution, Plan, State
 from ..sea.high_order.rates import fast_size
-from .sampling import refuse_if_too_large, times_of
+from .sampling import refuse_too_large, times_of
 
 RECORD = "recorded_sea.nc"
 PRODUCTS = (RECORD,)
@@ -76,7 +76,7 @@ class RecordState:
     broken_first: float = 0.0  # taken out by then
 
     def with_frame(self, state: State, elevation: NDArray[np.float32], evolution: Evolution) -> RecordState:
-        """With one more frame."""
+        """The state with one more frame."""
         heights = elevation.astype(np.float64)
         heights -= heights.mean()
         variance = float(np.mean(heights**2))
@@ -104,7 +104,7 @@ def save_state(folder: Path, attributes: Mapping[str, Any], at: RecordState) -> 
     with part.open("wb") as file:
         np.savez(
             file,
-            told=np.array(_plain(attributes)),
+            told=np.array(_attributes_text(attributes)),
             elevation=state.elevation,
             potential=state.potential,
             of_state=np.array([state.time, state.energy, state.broken]),
@@ -124,7 +124,7 @@ def load_state(folder: Path, attributes: Mapping[str, Any]) -> RecordState:
         state = State(time, stored["elevation"], stored["potential"], energy, broken)
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
-    now = json.loads(_plain(attributes))
+    now = json.loads(_attributes_text(attributes))
     other = [name for name in now if before.get(name) != now[name]]
     if other:
         raise InputError(
@@ -133,7 +133,7 @@ def load_state(folder: Path, attributes: Mapping[str, Any]) -> RecordState:
     return RecordState(state, **{**numbers, "frames": int(numbers["frames"])})
 
 
-def _plain(attributes: Mapping[str, Any]) -> str:
+def _attributes_text(attributes: Mapping[str, Any]) -> str:
     return json.dumps(dict(attributes), allow_nan=True, sort_keys=True)
 
 
@@ -167,7 +167,7 @@ class _Frames:
         return count
 
     @property
-    def along(self) -> NDArray[np.float64]:
+    def coordinates(self) -> NDArray[np.float64]:
         """x or y of the points, m."""
         return self.side / self.points * (np.arange(self.points, dtype=np.float64) - self.points // 2)
 
@@ -181,12 +181,12 @@ class _Frames:
         fields = {"elevation": state.elevation, "surface_potential": state.potential}
         return build(
             "recorded_sea",
-            {name: self._on_points(moved * waves)[None] for name, waves in fields.items()},
-            {"time": [seconds], "x": self.along, "y": self.along},
+            {name: self._values_on_points(moved * waves)[None] for name, waves in fields.items()},
+            {"time": [seconds], "x": self.coordinates, "y": self.coordinates},
         )
 
-    def _on_points(self, waves: NDArray[np.complex128]) -> NDArray[np.float32]:
-        """From half a side south-west of the antenna on, where exp(i k·x) is 1 or −1."""
+    def _values_on_points(self, waves: NDArray[np.complex128]) -> NDArray[np.float32]:
+        """Values on the points from half a side south-west of the antenna on, where exp(i k·x) is 1 or −1."""
         band = self.plan.band
         row = np.concatenate((np.arange(band.most_y + 1.0), np.arange(-band.most_y, 0.0)))[:, None]
         centred = waves * (1.0 - 2.0 * np.remainder(np.arange(band.most_x + 1.0) + row, 2.0))
@@ -211,25 +211,25 @@ def write_recorded_sea(
     kill or Ctrl-C has left the same command; the bits are those of a run that was never stopped.
     Raises InputError for bad input, too little memory or disk, and a sea that comes to no finite state.
     """
-    say, folder = progress or silent, Path(out)
+    say, folder = progress or ignore_progress, Path(out)
     say("preparing the sea")
     frames = _frames(scene, times, order, spacing)
     attributes = _attributes(scene, frames, times)
     if resume:
         if not state_file(folder).exists():
             raise InputError(f"--out = '{folder}': holds no recorded sea that was stopped; leave --resume out")
-        with held_folder(folder, "--out"):
-            return _written(folder, frames, attributes, load_state(folder, attributes), say)
+        with lock_folder(folder, "--out"):
+            return _write_frames(folder, frames, attributes, load_state(folder, attributes), say)
     if state_file(folder).exists() and not overwrite:
         raise InputError(
             f"--out = '{folder}': holds a recorded sea that was not finished; --resume goes on with it, --overwrite "
             "removes it"
         )
     with results_folder(folder, overwrite, PRODUCTS):
-        refuse_if_too_large(folder, frames.seconds.size, frames.points, RECORD)
+        refuse_too_large(folder, frames.seconds.size, frames.points, RECORD)
         clear_folder(folder, PRODUCTS)
         state_file(folder).unlink(missing_ok=True)
-        return _written(folder, frames, attributes, None, say)
+        return _write_frames(folder, frames, attributes, None, say)
 
 
 def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Frames:
@@ -265,8 +265,8 @@ def _attributes(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
         "periodic": 1,
         "length_m": frames.side,
         "spacing_m": frames.side / frames.points,
-        "first_x_m": float(frames.along[0]),
-        "first_y_m": float(frames.along[0]),
+        "first_x_m": float(frames.coordinates[0]),
+        "first_y_m": float(frames.coordinates[0]),
         "shortest_wave_m": 2.0 * plan.spacing,
         "current_east_m_s": frames.current[0],
         "current_north_m_s": frames.current[1],
@@ -291,14 +291,14 @@ class _Pace:
     last: float
     began: float = field(default_factory=clock.perf_counter)
 
-    def tell(self, now: float, words: str) -> None:
+    def report(self, now: float, words: str) -> None:
         done = (now - self.first) / max(self.last - self.first, 1e-9)
         spent = clock.perf_counter() - self.began
         left = f", {duration(spent * (1.0 - done) / done)} left" if done > 0.0 and spent > 1.0 else ""
         self.say(f"{words}: {now:.4g} s of {self.last:.4g} s{left}")
 
 
-def _written(
+def _write_frames(
     folder: Path, frames: _Frames, attributes: dict[str, Any], begun: RecordState | None, say: Progress
 ) -> RecordedSea:
     """All frames that are missing, one by one, each with the state from which the next can go on."""
@@ -308,13 +308,13 @@ def _written(
     path = folder / RECORD
     try:
         with (
-            growing(folder, PRODUCTS, "times"),
+            note_growing(folder, PRODUCTS, "times"),
             AppendableNetCDF(path, ("time",), compressed=True, rounding=ROUNDING, whole=at.frames) as file,
         ):
             whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
             with report_partial_results(lambda: f"{file.complete} {whole}"):
-                at = _recorded(file, folder, frames, attributes, at, pace)
-                file.annotate(_found(at, evolution))
+                at = _append_frames(file, folder, frames, attributes, at, pace)
+                file.annotate(_record_facts(at, evolution))
     except FloatingPointError as error:
         state_file(folder).unlink(missing_ok=True)
         raise InputError(
@@ -328,38 +328,38 @@ def _written(
             f"--out = '{folder}': what is there cannot be gone on with ({error}); run it again with --overwrite"
         ) from None
     state_file(folder).unlink(missing_ok=True)
-    return RecordedSea(path, attributes | _found(at, evolution), _notes(frames))
+    return RecordedSea(path, attributes | _record_facts(at, evolution), _notes(frames))
 
 
-def _recorded(
+def _append_frames(
     file: AppendableNetCDF, folder: Path, frames: _Frames, attributes: dict[str, Any], at: RecordState, pace: _Pace
 ) -> RecordState:
     evolution = frames.evolution
     steps = round(frames.interval / evolution.step)
     if not at.frames:
-        with uninterrupted():
+        with hold_interruptions():
             save_state(folder, attributes, at)  # from here on an interruption leaves what --resume goes on from
         stored = clock.perf_counter()
         for _ in range(round((float(frames.seconds[0]) - at.state.time) / evolution.step)):  # the slow beginning
             at = replace(at, state=evolution.advanced(at.state))
             if clock.perf_counter() - stored > _KEEP_EVERY:
-                with uninterrupted():
+                with hold_interruptions():
                     save_state(folder, attributes, at)
                 stored = clock.perf_counter()
-            pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
+            pace.report(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state
         frame = frames.frame(state, at.frames)
         at = at.with_frame(state, frame["elevation"].values, evolution)
-        with uninterrupted():
+        with hold_interruptions():
             file.append(frame.assign_attrs(attributes))
             save_state(folder, attributes, at)
-        pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
+        pace.report(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
     return at
 
 
-def _found(at: RecordState, evolution: Evolution) -> dict[str, Any]:
-    """What the record came to."""
+def _record_facts(at: RecordState, evolution: Evolution) -> dict[str, Any]:
+    """Facts of the finished record: height, skewness and energy."""
     change = evolution.energy(at.state) / at.energy_first - 1.0
     broken = (at.state.broken - at.broken_first) / at.energy_first
     return {

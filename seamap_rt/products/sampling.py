@@ -31,7 +31,7 @@ def times_of(text: str) -> NDArray[np.float64]:
     return np.array(numbers)
 
 
-def square(scene: Scene, side: float | None = None, spacing: float | None = None) -> NDArray[np.float64]:
+def square_points(scene: Scene, side: float | None = None, spacing: float | None = None) -> NDArray[np.float64]:
     """Points of a side [m]: centres of cells that fill a square around the antenna. InputError for impossible ones."""
     extent = scene.sea.extent_m
     try:
@@ -56,12 +56,12 @@ def square(scene: Scene, side: float | None = None, spacing: float | None = None
     return side / count * (np.arange(count, dtype=np.float64) - 0.5 * (count - 1))
 
 
-def step(points: NDArray[np.float64]) -> float:
+def point_spacing(points: NDArray[np.float64]) -> float:
     """Distance of neighbouring points, m."""
     return float(points[1] - points[0])
 
 
-def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.nc") -> None:
+def refuse_too_large(folder: Path, times: int, points: int, name: str = "sea.nc") -> None:
     """InputError where so many times of points × points are too many, or do not fit the disk twice: by themselves, and
     in the file that is made of them. name: of the file."""
     needed, free = _BYTES_ON_FILE * times * points**2, shutil.disk_usage(folder).free

@@ -38,7 +38,7 @@ class Moments:
 
     @property
     def variance(self) -> float:
-        """Of the elevation about its mean, m²."""
+        """Variance of the elevation about its mean, m²."""
         return max(0.0, float(self.powers[1] / self.count) - self.mean**2)
 
     @property

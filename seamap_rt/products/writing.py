@@ -12,8 +12,8 @@ from matplotlib.image import imsave
 from ..dataset import build
 from ..errors import InputError, NoBackendError, report_partial_results
 from ..io.appendable import AppendableNetCDF
-from ..io.process import Progress, silent
-from ..io.results_folder import clear_folder, growing, results_folder, write_whole
+from ..io.process import Progress, ignore_progress
+from ..io.results_folder import clear_folder, note_growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style
 from ..scattering import ShortWaves
@@ -23,7 +23,7 @@ from ..settings import RandomWaves
 from ..simulation import Simulator
 from ..tracing import tracer
 from .camera import Camera
-from .sampling import refuse_if_too_large, square, step, times_of
+from .sampling import point_spacing, refuse_too_large, square_points, times_of
 from .statistics import Moments, requested_height, statistics_table
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems
@@ -94,7 +94,7 @@ class SeaProducts:
     notes: tuple[str, ...]
 
     def headline(self) -> str:
-        """Height and what of the sea is resolved, in one line."""
+        """Wave height, and the resolved part of the sea, in one line."""
         resolved = self.sea.resolved
         share = resolved.choppy.folded_share if resolved.choppy is not None else 0.0
         folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""
@@ -123,11 +123,11 @@ def write_sea(
     Times stream into the file, so memory holds one. Interrupted, complete times stay readable.
     Raises InputError for bad input, NoBackendError if the scene asks for rays and none can be traced.
     """
-    say, folder = progress or silent, Path(out)
+    say, folder = progress or ignore_progress, Path(out)
     seconds = times_of(times)
-    points = square(scene, side, spacing)
+    points = square_points(scene, side, spacing)
     with results_folder(folder, overwrite, PRODUCTS):
-        refuse_if_too_large(folder, seconds.size, points.size)
+        refuse_too_large(folder, seconds.size, points.size)
         say("preparing the sea")
         simulator, drawn = Simulator(scene), Moments()
         sea = simulator.sea
@@ -141,7 +141,7 @@ def write_sea(
         spectrum = directional_spectrum(scene, sea)
         clear_folder(folder, PRODUCTS)
         with (
-            growing(folder, ("sea.nc",), "times"),
+            note_growing(folder, ("sea.nc",), "times"),
             sea_file(folder / "sea.nc", spectrum) as file,
             report_partial_results(
                 lambda: f"{file.complete} of {seconds.size} times are complete, {_LEFT if file.complete else _NOTHING}"
@@ -153,12 +153,12 @@ def write_sea(
                 file.append(moment)
                 drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
         say("drawing")
-        write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))
+        write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * point_spacing(points)))
         notes = _draw(scene, sea, spectrum, folder)
         say("rendering the sea as the mast sees it")
         notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
         files = tuple(name for name in PRODUCTS if (folder / name).exists())
-        spacing, finest = step(points), sea.resolved.resolution_m
+        spacing, finest = point_spacing(points), sea.resolved.resolution_m
         if spacing > 1.01 * finest and sea.trains:
             coarse = (
                 f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are "

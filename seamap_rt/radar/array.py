@@ -126,7 +126,7 @@ class Array:
 
     @property
     def first_antenna(self) -> Antenna:
-        """That of the first receiver."""
+        """The antenna of the first receiver."""
         return self.elements[self.receivers[0]].antenna
 
     @property
@@ -179,7 +179,7 @@ def antenna_array(radar: RadarSettings) -> Array:
 
 
 def common_squint_deg(radar: RadarSettings) -> float:
-    """By how much [deg, clockwise] the first antenna's beam points off the normal of its aperture."""
+    """The angle [deg, clockwise] by which the first antenna's beam points off the normal of its aperture."""
     return squint_deg(radar.antennas[0] if radar.antennas else radar.antenna, radar.frequency_hz)
 
 

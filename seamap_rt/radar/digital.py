@@ -147,8 +147,8 @@ def quantisation_db(radar: RadarSettings, full_scale: float) -> float:
     """
     step = float(quantisation_step(full_scale, radar.receiver.adc_bits))
     # A real sample's noise is white, of which an envelope of twice its power keeps what passes the filter.
-    kept = 2.0 * float(np.sum(low_pass(radar) ** 2))
-    return float(db(kept * step**2 / 12.0 / noise_power(radar)))
+    noise_gain = 2.0 * float(np.sum(low_pass(radar) ** 2))
+    return float(db(noise_gain * step**2 / 12.0 / noise_power(radar)))
 
 
 class DigitalReceiver:

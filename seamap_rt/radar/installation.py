@@ -85,7 +85,7 @@ class Installation:
 
     @cached_property
     def response(self) -> RangeResponse:
-        """That of its waveform in range."""
+        """The response of its waveform in range."""
         return RangeResponse.of(self.radar)
 
     @cached_property
@@ -189,7 +189,7 @@ class Installation:
             )
 
     def lean_deg(self, time: NDArray[np.float64], depression: float) -> float:
-        """By how much [deg] at most the fan of the beam stands off its own bearing at a depression [rad]."""
+        """The largest angle [deg] by which the fan of the beam stands off its own bearing at a depression [rad]."""
         axes = self.pose(time).axes
         upright = np.hypot(axes[:, 0, 0], axes[:, 0, 1])
         sine = np.tan(depression) * np.abs(axes[:, 0, 2]) / np.maximum(upright, 1e-9)

@@ -130,7 +130,8 @@ def textbook_power(
 
 
 def signal_to_noise(radar: RadarSettings, nrcs: float, range_m: float) -> float:
-    """Of one pulse, a ratio, by the textbook's equation with the antenna's gain towards the sea; nrcs: σ0, a ratio."""
+    """Signal to noise of one pulse, a ratio, by the textbook's equation with the antenna's gain towards the sea; nrcs:
+    σ0, a ratio."""
     towards = float(gain_towards_sea(radar, range_m))
     return float(textbook_power(radar, nrcs, range_m, towards)) / noise_power(radar)
 
@@ -159,10 +160,10 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     cut = aerial.voltage(azimuth, -np.arcsin(radar.height_m / slant)[:, None]) ** 4
     pattern = scipy.interpolate.CubicSpline(slant, scipy.integrate.trapezoid(cut, azimuth, axis=-1))
     offset = np.linspace(-response.support_m, response.support_m, _OFFSETS)
-    heard = ranges[..., None] + offset
-    on_sea = heard >= radar.height_m  # no sea is nearer than the mast's foot
-    heard = np.maximum(heard, radar.height_m)
-    received = np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0)
+    slant_range = ranges[..., None] + offset
+    on_sea = slant_range >= radar.height_m  # no sea is nearer than the mast's foot
+    slant_range = np.maximum(slant_range, radar.height_m)
+    received = np.where(on_sea, pattern(slant_range) / slant_range**3 * response(offset) ** 2, 0.0)
     whole = scipy.integrate.trapezoid(received, offset, axis=-1)
     sent = radar.transmit_power_w * aerial.gain**2 * radar_wavelength(radar.frequency_hz) ** 2
     return sent * np.asarray(nrcs, dtype=np.float64) * whole / ((4.0 * np.pi) ** 3 * from_db(radar.losses_db))
@@ -187,9 +188,9 @@ def losses_to_textbook(radar: RadarSettings, range_m: ArrayLike) -> Losses:
     even = np.trapezoid(aerial.azimuth(np.sin(angle)) ** 4, angle) / beam
     response = RangeResponse.of(radar)
     offset = np.linspace(-1.0, 1.0, _STEPS + 1) * response.support_m
-    heard = np.trapezoid(response(offset) ** 2, offset) / (range_cell_m(radar) * compression_gain(radar))
+    energy = np.trapezoid(response(offset) ** 2, offset) / (range_cell_m(radar) * compression_gain(radar))
     towards = gain_towards_sea(radar, range_m) / aerial.gain
-    return Losses(-float(db(even)), -2.0 * db(towards), -float(db(heard)))
+    return Losses(-float(db(even)), -2.0 * db(towards), -float(db(energy)))
 
 
 def eclipsed_share(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.float64]:
@@ -205,9 +206,9 @@ def eclipsed_share(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.float
     window = window_weight(swept, radar.chirp_bandwidth_hz, radar.compression_window)
     power = (window * receiver_filter(swept, radar.bandwidth_hz)) ** 2
     energy = scipy.integrate.cumulative_trapezoid(power, swept, initial=0.0)
-    heard = np.clip(ranges / blind_range_m(radar), 0.0, 1.0)
+    swept_share = np.clip(ranges / blind_range_m(radar), 0.0, 1.0)
     # The window and the filter are even, so that the tail's share is the head's.
-    return np.interp((heard - 0.5) * radar.chirp_bandwidth_hz, swept, energy) / energy[-1]
+    return np.interp((swept_share - 0.5) * radar.chirp_bandwidth_hz, swept, energy) / energy[-1]
 
 
 # ------------------------------------------------------------------------------------------- adding pulses up
@@ -221,8 +222,8 @@ def dwell(radar: RadarSettings) -> Dwell:
     """
     turning, array = radar.scan == "turning", antenna_array(radar)
     duration = beam_widths_deg(radar)[0] / (6.0 * radar.rotation_rpm) if turning else radar.stare_s
-    heard = sum(len(slot.receivers) for slot in array.cycle) / (len(array.cycle) * len(array.receivers))
-    rate = radar.prf_hz * heard
+    duty = sum(len(slot.receivers) for slot in array.cycle) / (len(array.cycle) * len(array.receivers))
+    rate = radar.prf_hz * duty
     return Dwell(duration, max(1, round(duration * rate)), 1.0 / rate)
 
 

@@ -142,7 +142,7 @@ def _recorded(platform: PlatformSettings) -> BoatMotion:
     record = read_motion(platform.file, platform.heading_deg)
 
     def motion(times: ArrayLike) -> BoatState:
-        return BoatState(*record.at(times))
+        return BoatState(*record.pose_at(times))
 
     return motion
 

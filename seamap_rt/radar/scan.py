@@ -137,7 +137,7 @@ class DwellBeams:
         self._products: dict[object, NDArray[np.float64]] = {}
 
     def __call__(self, one: Path, other: Path) -> NDArray[np.float64]:
-        """Of two paths, for the looks that hear the column."""
+        """The product of two paths' patterns, for the looks that hear the column."""
         cuts = sorted((self._array.elements[n].antenna.azimuth for n in (*one, *other)), key=id)
         key = tuple(cuts)
         if key not in self._products:
@@ -159,6 +159,6 @@ def _dwell(cell_azimuth_deg: float) -> NDArray[np.float64]:
     return cell_azimuth_deg * ((np.arange(_POINTS) + 0.5) / _POINTS - 0.5)
 
 
-def _mean(pattern: NDArray[np.float64], heard: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Over the points of a dwell, the second axis, where they are heard."""
-    return np.where(heard, pattern, 0.0).mean(axis=1)
+def _mean(pattern: NDArray[np.float64], within_reach: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The mean over the points of a dwell, the second axis; points out of reach count as 0."""
+    return np.where(within_reach, pattern, 0.0).mean(axis=1)

@@ -47,7 +47,7 @@ class ByRange:
 
 
 class Curve(NamedTuple):
-    """Of a graph: label, x and y, and how it is drawn."""
+    """A curve of a graph: label, x and y, and how it is drawn."""
 
     label: str
     x: Array
@@ -324,7 +324,7 @@ def _draw_one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
 
 
 def _correlation(true: Array, retrieved: Array) -> float:
-    """Of the heights that both have; NaN where one of them does not vary."""
+    """Correlation of the heights that both have; NaN where one of them does not vary."""
     both = np.isfinite(true) & np.isfinite(retrieved)
     t, r = true[both], retrieved[both]
     return float(np.corrcoef(t, r)[0, 1]) if t.size > 1 and t.std() > 0.0 and r.std() > 0.0 else float("nan")

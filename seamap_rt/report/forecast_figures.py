@@ -155,9 +155,9 @@ def errors_by_lead(verified: VerifiedForecasts) -> dict[str, Array]:
     """(lead,) of the forecasts at the first place that are judged: rms of the error (`found`), of what was stated
     (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
     `correlation` with it. NaN where not defined."""
-    kept = np.flatnonzero(warm(verified.forecasts))
-    truth = verified.truth[kept, :, 0]
-    mean, std = _elevation(verified.forecasts.isel(issue=kept, place=0))
+    judged = np.flatnonzero(warm(verified.forecasts))
+    truth = verified.truth[judged, :, 0]
+    mean, std = _elevation(verified.forecasts.isel(issue=judged, place=0))
     sigma = float(np.std(truth)) or np.nan
     errors = {"found": mean - truth, "stated": std, "persistence": mean[:, :1] - truth, "climatology": truth}
     relative = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
@@ -171,7 +171,7 @@ def _elevation(forecasts: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _correlation(a: Array, b: Array) -> Array:
-    """Of columns, about their means over the rows; NaN of fewer than three rows, or of what never changes."""
+    """Correlation of columns over their rows; NaN for fewer than three rows, or of what never changes."""
     if a.shape[0] < 3:
         return np.full(a.shape[1], np.nan)
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
@@ -253,7 +253,7 @@ class BoatForecast:
 
     @property
     def highest(self) -> int:
-        """Of the leads, where the highest crest is expected."""
+        """Index of the lead at which the highest crest is expected."""
         return int(np.argmax(self.elevation_m))
 
     @property
@@ -262,7 +262,7 @@ class BoatForecast:
         return bool(np.isfinite(self.chance).any())
 
 
-def ahead_picture(ahead: BoatForecast, came: Array | None = None, quiet: Array | None = None) -> Picture:
+def ahead_picture(ahead: BoatForecast, observed: Array | None = None, quiet: Array | None = None) -> Picture:
     """One forecast; see `next_seconds`."""
     alt = f"Height at the boat in the {ahead.lead_s[-1]:.0f} s after {turn_name(ahead.issue)}, as forecast"
     caption = (
@@ -275,21 +275,21 @@ def ahead_picture(ahead: BoatForecast, came: Array | None = None, quiet: Array |
         caption += " Green dots: the limit of a quiet window. "
         caption += f"(b) A bar over the dotted line is a window that is called: {ahead.confidence:.0%} sure."
     title = f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after {turn_name(ahead.issue)}"
-    return Picture("ahead", title, f"{alt}.", caption, lambda: next_seconds(ahead, came, quiet))
+    return Picture("ahead", title, f"{alt}.", caption, lambda: next_seconds(ahead, observed, quiet))
 
 
 @style.styled
-def next_seconds(ahead: BoatForecast, came: Array | None = None, quiet: Array | None = None) -> Figure:
+def next_seconds(ahead: BoatForecast, observed: Array | None = None, quiet: Array | None = None) -> Figure:
     """One forecast at the boat, and the chances of quiet windows by when they begin.
 
-    came: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where nobody knows.
+    observed: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where nobody knows.
     """
     wide = style.WIDTH - 0.74
     figure = style.new_figure(4.05 if ahead.windows else 2.45)
     axes = style.place(figure, 0.62, 0.28, wide, 1.75)
     lead, at = ahead.lead_s, ahead.highest
-    if came is not None:
-        axes.plot(lead, came, color=style.BLACK, linewidth=0.9, label="the sea that came")
+    if observed is not None:
+        axes.plot(lead, observed, color=style.BLACK, linewidth=0.9, label="the sea that came")
     _draw_forecast(axes, lead, ahead.elevation_m, ahead.std_m, "forecast")
     axes.plot(lead[at], ahead.elevation_m[at], "*", color=style.VERMILION, markersize=9.0, label="highest crest")
     for level in () if ahead.level_m is None else (-ahead.level_m, ahead.level_m):
@@ -364,7 +364,7 @@ _SCORE_COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
-    """Of a run's windows; none of a run that had none, or of one kind alone."""
+    """Pictures of a run's windows; none for a run that had none, or of one kind alone."""
     if windows is None or windows.quiet.all() or not windows.quiet.any():
         return []
     return [window_picture(windows, confidence)]
@@ -405,7 +405,7 @@ def window_table(scores: Mapping[str, Any] | None) -> list[Table]:
 
 @style.styled
 def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
-    """Of one run or several, whose bands are then drawn too."""
+    """The figure of quiet windows of one run or several, whose bands are then drawn too."""
     chance, quiet = (np.concatenate([getattr(run, name) for run in runs]) for name in ("chance", "quiet"))
     scores = {"forecast": chance}
     scores |= {name: np.concatenate([run.others[name] for run in runs]) for name in runs[0].others}

@@ -51,7 +51,7 @@ def gauge_picture(number: int, name: str, gauge: xr.Dataset, turn: int | None = 
 
 
 def _metres(coordinate: xr.DataArray) -> str:
-    """To the centimetre, without needless zeros or a −0."""
+    """Metres to the centimetre, without needless zeros or a −0."""
     return f"{round(float(coordinate), 2) + 0.0:g} m"
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..conventions import db, written
 from ..echoes.radar_cross_section import SeaSurface
-from ..io.text import plain
+from ..io.text import to_builtin
 from ..radar.array import antenna_array
 from ..scattering import ShortWaves
 from ..scene import Scene
@@ -74,9 +74,9 @@ def radius_in_words(radius_m: float) -> str:
 
 def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str:
     """The run in one paragraph."""
-    figures, said = dict(headline(metrics)), metrics.get("sea_state_in_words")
+    figures, sea_state = dict(headline(metrics)), metrics.get("sea_state_in_words")
     waves = "; ".join(reduce.describe_waves(each, scene.sea.depth_m) for each in scene.sea.waves) or "no waves"
-    state = f"; the maps, with their noise, gaps and cells allowed for, say {said}" if said else ""
+    state = f"; the maps, with their noise, gaps and cells allowed for, say {sea_state}" if sea_state else ""
     radar, array = scene.radar, antenna_array(scene.radar)
     few = {2: "two", 3: "three", 4: "four"}.get(len(array.elements), str(len(array.elements)))
     boat = {
@@ -98,7 +98,7 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
 
 
 def wave_height(metrics: Mapping[str, Any]) -> str:
-    """Of the sea at large, by all turns' maps, with its standard error."""
+    """Wave height of the sea at large, by all turns' maps, with its standard error."""
     state = _group(metrics, "sea_state")
     series = (reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std", "_least"))
     height, error, least = (float(values[-1]) if values.size else np.nan for values in series)
@@ -165,7 +165,7 @@ def sea_rows(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def warnings(metrics: Mapping[str, Any]) -> list[str]:
-    """What a reader must know before any figure, a line each."""
+    """Warnings that a reader must see before any figure, one line each."""
     notes = (fold_warning(metrics), ground_warning(metrics), objects_warning(metrics))
     return [*(each for each in notes if each), *(metrics.get("vessel_notes") or ())]
 
@@ -255,7 +255,7 @@ def run_facts(scene: Scene, sea: Sea, surface: SeaSurface, timing: Mapping[str, 
         "modelled": rows if timing is None else costed(rows, timing),
         "left_out": not_modelled(scene, sea.resolved),
         "mesh": scene.detail.facts(),
-        "sea": {name: plain(value) for name, value in asdict(sea.resolved).items()},
+        "sea": {name: to_builtin(value) for name, value in asdict(sea.resolved).items()},
         "short_waves": _short_waves(scene, sea),
         "calibration": _calibration(scene, surface),
     }

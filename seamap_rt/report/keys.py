@@ -27,7 +27,7 @@ class KeyWords(NamedTuple):
 
     @property
     def label(self) -> str:
-        """For an axis or the head of a column."""
+        """The label of an axis, or of the head of a column."""
         return f"{self.name[0].upper()}{self.name[1:]}" + (f" ({self.unit})" if self.unit else "")
 
     def value(self, value: Any) -> str:
@@ -41,7 +41,7 @@ def _is_number(value: Any) -> bool:
 
 
 def words_of(key: str) -> KeyWords:
-    """Of any key of a scene, as `radar.height_m` or `sea.waves.0.hs_m`."""
+    """Words for any key of a scene, as `radar.height_m` or `sea.waves.0.hs_m`."""
     meaning, label = _meaning(key), label_of(key, alone=True)
     unit = meaning.unit if meaning.unit and meaning.unit != "1" else ""
     return KeyWords(label[:1].lower() + label[1:], unit, meaning.text)
@@ -59,7 +59,7 @@ def label_of(key: str, alone: bool = False) -> str:
 
 
 def section_label(path: str) -> str:
-    """Of a section, as "sea.waves.1": "Waves 2"."""
+    """The label of a section, as "Waves 2" of "sea.waves.1"."""
     number = path.rsplit(".", 1)[-1]
     return (label_of(path) if path else "Run") + (f" {int(number) + 1}" if number.isdigit() else "")
 

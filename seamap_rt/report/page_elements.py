@@ -51,17 +51,17 @@ class Image(NamedTuple):
 
     @property
     def source(self) -> str:
-        """As an address."""
+        """The image as an address."""
         return f"data:image/{self.kind};base64,{base64.b64encode(self.data).decode('ascii')}"
 
     @classmethod
     def of(cls, title: str, png: bytes, caption: str) -> Image:
-        """Of a figure that needs no further words."""
+        """The image of a figure that needs no further words."""
         return cls(title.lower().replace(" ", "_"), title, f"{title}: {caption}", caption, png)
 
 
 class Cell(NamedTuple):
-    """Of a table: text, and the number by which it is sorted; None: by the text."""
+    """A cell of a table: its text, and the number by which it is sorted; None: by the text."""
 
     text: str
     by: float | None = None
@@ -88,7 +88,7 @@ class Table:
 def columns_table(
     title: str, columns: Mapping[str, Column], values: Callable[[str], Iterable[Any]], note: str = ""
 ) -> Table:
-    """Of columns by name: heads, how a value is written, and the values of each."""
+    """A table of columns by name: heads, how a value is written, and the values of each."""
     texts = [[write(value) for value in values(name)] for name, (_, write) in columns.items()]
     return Table(title, [head for head, _ in columns.values()], list(zip(*texts, strict=True)), note)
 

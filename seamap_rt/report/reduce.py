@@ -132,7 +132,7 @@ def visible(metrics: Mapping[str, Any]) -> tuple[Array, list[Mapping[str, Any]]]
 
 
 def half_visible_in_words(metrics: Mapping[str, Any]) -> str:
-    """To how far half of the sea is visible to the radar in its own polarization, and to light."""
+    """The range to which half of the sea is visible to the radar in its own polarization, and to light."""
     entry, (_, curves) = metrics.get("visible"), visible(metrics)
     if not isinstance(entry, Mapping):
         return "— (light)"

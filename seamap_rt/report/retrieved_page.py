@@ -27,9 +27,9 @@ _RANGES = (
 
 
 def retrieved_page(
-    maps: xr.DataTree, findings: Sequence[Finding], said: Sequence[str], radar: Mapping[Any, Any], source: str
+    maps: xr.DataTree, findings: Sequence[Finding], summary: Sequence[str], radar: Mapping[Any, Any], source: str
 ) -> str:
-    """One HTML file that needs no other. said: sentences on top; radar: the echoes' attributes; source: their file."""
+    """One HTML file that needs no other. summary: sentences on top; radar: the echoes' attributes; source: file."""
     grave = [finding.line for finding in findings if finding.verdict in ("wrong", "doubtful")]
     table = Table(
         "What the echoes say of themselves",
@@ -41,7 +41,7 @@ def retrieved_page(
     described = "\n".join(f"{name} = {value}" for name, value in sorted(radar.items()))
     return html_page(
         f"Heights retrieved from {source}",
-        [f"{_sentence(line)}." for line in said],
+        [f"{_sentence(line)}." for line in summary],
         [
             Image.of("Map", style.png(map_of_turn(maps)), _MAPS),
             Image.of("By range", style.png(draw_by_range(maps)), _RANGES),

@@ -37,7 +37,7 @@ class Scale:
         flat: NDArray[np.floating],
         lean: NDArray[np.floating],
     ) -> NDArray[np.floating]:
-        """Of parts of `terms`; they broadcast."""
+        """The factor of parts of `terms`; they broadcast."""
         low, high = self.exponents
         return np.exp(np.clip((level + flat) + depth * lean, low - _MARGIN, high + _MARGIN))
 

@@ -40,7 +40,7 @@ class ShortWaves:
 
     @classmethod
     def of(cls, settings: ScatteringSettings, above: float) -> ShortWaves:
-        """Those of a scene's wind."""
+        """The short waves of a scene's wind."""
         return cls(settings.wind_speed_m_s, above, settings.inverse_wave_age)
 
     def spectrum(self, k: ArrayLike) -> NDArray[np.float64]:
@@ -88,7 +88,7 @@ class ShortWaves:
 
     @cached_property
     def mean_square_slope(self) -> float:
-        """Of both directions together."""
+        """Mean square slope of both directions together."""
         return self._integral(lambda k: k**2 * self.spectrum(k))
 
     @cached_property

@@ -40,7 +40,7 @@ class Texture(NamedTuple):
 
     @classmethod
     def of(cls, wind_speed: float) -> Texture:
-        """For a wind at 10 m [m/s]."""
+        """The texture of a wind at 10 m [m/s]."""
         longest = 2.0 * np.pi * (wind_speed / LEAST_WIND) ** 2 / GRAVITY
         size = longest * np.exp2(np.arange(_OCTAVES, dtype=np.float64))
         share = size**-_FALL
@@ -48,7 +48,7 @@ class Texture(NamedTuple):
         return cls(size, share / share.sum(), 2.0 * np.pi / omega, 0.25 * omega * size / np.pi)
 
     def variance(self, grazing: ArrayLike) -> NDArray[np.float64]:
-        """Of ln T, at grazing angles [rad], any shape; beyond those of the law as at the nearest."""
+        """Variance of ln T, at grazing angles [rad], any shape; beyond those of the law as at the nearest."""
         angle = np.clip(np.degrees(grazing), *GRAZING_DEG)
         least = clutter_shape_watts_wicks90(1.0, float(self.size_m[0]) ** 2, "HH")
         return np.log1p(1.0 / (least * angle ** (2.0 / 3.0)))

@@ -70,8 +70,8 @@ CHECKS = (
 
 
 def disagreements(scene: Scene, whole: bool = True) -> list[str]:
-    """What is wrong between the sections of a scene, a line each. whole: False where keys are missing that it has by
-    its class; then a check that asks for one cannot be made, nor those that rely on it."""
+    """One line for each fault between the sections of a scene. whole: False where keys are missing that its class has;
+    then a check that asks for one cannot be made, nor those that rely on it."""
     problems: list[str] = []
     failed: set[str] = set()
     for check in CHECKS:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from ..io.scenefile import list_shipped, read_toml
-from ..io.text import quoted
+from ..io.text import toml_string
 from .model import Scene
 
 Schema = Mapping[str, Any]
@@ -84,7 +84,7 @@ def keys_about(text: str) -> list[KeySection]:
     near = difflib.get_close_matches(wanted, names, 3)
     near = near or [each for each in names if difflib.get_close_matches(wanted, [each.rsplit(".", 1)[-1]], 1, 0.75)][:3]
     hint = f"did you mean {' or '.join(near)}?" if near else f"the sections are {', '.join(s.path for s in every[1:])}"
-    raise InputError(f"KEY = {quoted(text)}: no key, section or word of them; {hint}")
+    raise InputError(f"KEY = {toml_string(text)}: no key, section or word of them; {hint}")
 
 
 def _select_keys(sections: Iterable[KeySection], wanted: Callable[[str, str], bool]) -> list[KeySection]:
@@ -196,7 +196,7 @@ _INTRODUCTION = """\
 A scene file holds all that a run depends on: sea, radar, boat, objects, how finely to trace and how to retrieve. It is
 [TOML](https://toml.io): tables in brackets, a key and a value a line. Only `name` is needed; a key that is left out has
 the default below. Unknown keys, values beyond their limits and keys that contradict each other are refused all at once,
-in a line each that names key, value, limit and remedy.
+each in one line that names key, value, limit and remedy.
 
 `seamap-rt new mine.toml` writes a scene to begin with, its keys explained; `--like NAME` takes any shipped one as the
 pattern, so `--like solid_state_chirp`. `seamap-rt keys` prints the tables below, `keys radar.antenna` one section of

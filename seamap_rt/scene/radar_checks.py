@@ -149,10 +149,10 @@ def check_meshes(objects: Sequence[ObjectSettings]) -> Iterator[str]:
 
 def check_pulses_compare(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
     """A magnetron whose phases are not measured serves what compares the receivers of one pulse alone."""
-    asked = comparing_pulses(radar.interferogram, retrieval)
-    if asked is None or pulse_coherence(radar) > 0.0:
+    comparison = comparing_pulses(radar.interferogram, retrieval)
+    if comparison is None or pulse_coherence(radar) > 0.0:
         return
-    key, why, instead = asked
+    key, why, instead = comparison
     key = key if key.startswith("retrieval.") else f"radar.{key}"
     raise ValueError(
         f"{key}: cannot be with radar.transmitter = 'magnetron', which starts each pulse with a random phase ({why}); "
@@ -226,8 +226,7 @@ def check_start(sea: SeaSettings) -> None:
 
 
 def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
-    """What one should know of a recorded sea before it is run, a line each: how far it reaches, and what comes
-    beyond."""
+    """Notes on a recorded sea before it is run, one line each: how far it reaches, and what comes beyond."""
     if sea.model != "recorded":
         return []
     from ..io.recorded_sea import recorded_sea  # loads what reads files
@@ -237,8 +236,8 @@ def record_notes(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     frame, late = start_of(file, sea.start_s)
     begin, end = file.begin_s, file.begin_s + (file.frames - 1) * file.step_s
     problems = [
-        f"sea.file = '{sea.file}' runs from {file.said(begin)} to {file.said(end)}; time 0 of the run is its "
-        f"{file.said(begin + frame * file.step_s + late)} (sea.start_s)"
+        f"sea.file = '{sea.file}' runs from {file.time_in_words(begin)} to {file.time_in_words(end)}; time 0 of the "
+        f"run is its {file.time_in_words(begin + frame * file.step_s + late)} (sea.start_s)"
     ]
     if file.cut:
         problems.append(

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from ..errors import InputError
 from ..io.results_folder import write_whole
 from ..io.scenefile import find_scene, read_toml
-from ..io.text import key_text, quoted, toml_value
+from ..io.text import key_text, toml_string, toml_value
 from .keys import KeyRow, KeySection, key_sections
 from .model import Scene, is_name, load_scene
 
@@ -75,7 +75,7 @@ def _table(
     if section.tag:
         others = ", ".join(each.name for each in section.kinds if each.name != kind)
         (meaning,) = (each.meaning for each in section.kinds if each.name == kind)
-        yield from _commented(f"{section.tag} = {quoted(kind)}", f"{_plain(meaning)} Or {others}.")
+        yield from _commented(f"{section.tag} = {toml_string(kind)}", f"{_plain(meaning)} Or {others}.")
     rows = {row.name: row for row in section.rows if not row.kinds or kind in row.kinds}
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)

@@ -64,7 +64,7 @@ class Displacement:
 
     @staticmethod
     def of(east: NDArray, north: NDArray, variance: NDArray, depth: float) -> Displacement:
-        """Of waves with wave vectors (east, north) [rad/m] and variances [m²], which broadcast."""
+        """Facts of waves with wave vectors (east, north) [rad/m] and variances [m²], which broadcast."""
         k = np.hypot(east, north)
         safe = np.where(k > 0.0, k, 1.0)
         orbital = np.where(k > 0.0, orbital_ratio(safe, depth), 0.0)
@@ -76,7 +76,7 @@ class Displacement:
 
     @staticmethod
     def of_regular(wave: RegularTrain) -> Displacement:
-        """Of one regular wave."""
+        """Facts of one regular wave."""
         east, north = (wave.wavenumber * np.array([part]) for part in wave.toward)
         return Displacement.of(east, north, np.array([0.5 * wave.amplitude**2]), wave.depth)
 

@@ -32,12 +32,12 @@ class ContinuedPatch:
 
     @property
     def points(self) -> int:
-        """A side."""
+        """Number of points a side."""
         return (2 if self._is_mirrored else 1) * self.file.points
 
     @property
     def side_m(self) -> float:
-        """After which it repeats."""
+        """The length after which it repeats."""
         return self.points * self.file.spacing_m
 
     @cached_property

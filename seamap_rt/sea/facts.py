@@ -288,8 +288,8 @@ class ResolvedWaves(NamedTuple):
         √2 σ √(1 − ρ(τ)) at the time τ from half-way, with the elevation's correlation ρ(τ) = Σ S cos ωτ/σ² (Longuet-
         Higgins 1957); its mean square over the time is 2 Σ S (1 − sinc ωT/2). 0 for no time, √2 σ for a long one.
         """
-        kept = np.sinc(self.encounter * duration_s / (2.0 * np.pi))
-        return float(np.sqrt(2.0 * np.sum(self.variance * (1.0 - kept))))
+        averaging = np.sinc(self.encounter * duration_s / (2.0 * np.pi))
+        return float(np.sqrt(2.0 * np.sum(self.variance * (1.0 - averaging))))
 
     def orbital_speed(self) -> float:
         """Rms speed [m/s] of the water along the look at grazing, ½ Σ ω² S coth² kh (Airy 1845), over all looks."""
@@ -302,8 +302,8 @@ class ResolvedWaves(NamedTuple):
         Alpers & Hasselmann (1978), see `scattering.breaking`; over all looks cos⁴ is 3/8 in the mean.
         """
         omega2 = self.frequency**2
-        kept = self.wavenumber**2 * omega2 / (relaxation_rate**2 + omega2)
-        return float(np.sqrt(0.375 * np.sum(self.variance * kept)))
+        transfer = self.wavenumber**2 * omega2 / (relaxation_rate**2 + omega2)
+        return float(np.sqrt(0.375 * np.sum(self.variance * transfer)))
 
     def slopes_lost(self, spacing_m: float) -> float:
         """Rms slope along the look of the waves shorter than twice `spacing_m`; half their mean square slope."""

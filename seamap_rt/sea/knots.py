@@ -55,12 +55,12 @@ class KnotCache(OrderedDict[Knot, tuple[Strip, Any]]):
         return known
 
     def keep(self, values: Mapping[Knot, tuple[Strip, Any]]) -> None:
-        """These, as the latest used."""
+        """Keep these strips, as those used last."""
         with self._lock:
             self.update(values)
 
     def add(self, values: Mapping[Knot, tuple[Strip, Any]]) -> None:
-        """Those of these that are not there."""
+        """Add those of these strips that are not there."""
         with self._lock:
             for key, value in values.items():
                 self.setdefault(key, value)

@@ -68,7 +68,7 @@ class Lattice:
         return self.quadrant(lambda k: angular_frequency(k, self.depth))
 
     def unfold(self, quadrant: NDArray) -> NDArray:
-        """From the quadrant to the whole lattice."""
+        """Unfold values from the quadrant to the whole lattice."""
         rows, columns = (np.abs(np.arange(-most, most + 1)) for most in self.reach)
         return quadrant[np.ix_(rows, columns)]
 

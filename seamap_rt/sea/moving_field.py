@@ -79,7 +79,7 @@ class MovingField:
         self._clear()
 
     def _clear(self) -> None:
-        """Before the first call."""
+        """Bring the field to its state before the first call."""
         self._cache = KnotCache()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 

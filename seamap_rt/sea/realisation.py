@@ -113,7 +113,7 @@ def _record_sea(settings: SeaSettings, spacing: float, system: SpectralSystem) -
         filled_m=2.0 * gap,
         filled_error=gap_error(train.lattice, train.variance, gap),
         record_start_s=begin,
-        record_start=file.said(begin),
+        record_start=file.time_in_words(begin),
     )
     ends_s = duration_s(file, settings.start_s)
     return Sea([train], LinearSurface((train,)), resolved, ends_s=ends_s, patch=None if file.periodic else file)

@@ -130,17 +130,17 @@ class RecordedField(MovingField):
 
     def _spectrum(self, name: str, frame: int) -> NDArray[np.complex64]:
         with self._lock:
-            kept = self._spectra.get((name, frame))
-        if kept is None:
+            spectrum = self._spectra.get((name, frame))
+        if spectrum is None:
             if name == "potential" and not self.file.potential:
-                kept = self._potential_of_flow(frame)
+                spectrum = self._potential_of_flow(frame)
             else:
-                kept = half_plane_of(self._points(name, frame), self.lattice)
+                spectrum = half_plane_of(self._points(name, frame), self.lattice)
             with self._lock:
-                self._spectra[name, frame] = kept
+                self._spectra[name, frame] = spectrum
                 while len(self._spectra) > 4 * len(_SLOPE_TAPS):
                     self._spectra.popitem(last=False)
-        return kept
+        return spectrum
 
     def _potential_of_flow(self, frame: int) -> NDArray[np.complex64]:
         """Φ with ∇Φ nearest to the velocities given: −i k·û/k². A mean flow and eddies are left out."""
@@ -205,7 +205,7 @@ def start_of(file: RecordedSea, start_s: float | None) -> tuple[int, float]:
     low = file.begin_s + (-TAPS[0] + _BESIDE) * file.step_s + _BEFORE_S
     high = file.begin_s + (file.frames - 1 - TAPS[-1] - _BESIDE) * file.step_s
     if not low - _ROUNDED * file.step_s <= start_s <= high + _ROUNDED * file.step_s:
-        dates = "" if file.began is None else f", counted from {file.said(0.0)}"
+        dates = "" if file.began is None else f", counted from {file.time_in_words(0.0)}"
         raise InputError(
             f"sea.start_s = {start_s:.10g}: must lie within {low:.10g} and {high:.10g} s of sea.file"
             f"{dates} (what is interpolated, and heard before time 0, takes frames beside it); choose one between"
@@ -216,7 +216,7 @@ def start_of(file: RecordedSea, start_s: float | None) -> tuple[int, float]:
 
 
 def duration_s(file: RecordedSea, start_s: float | None = None) -> float:
-    """From the scene's time 0 to the last that is known."""
+    """Seconds from the scene's time 0 to the last that is known."""
     first, late = start_of(file, start_s)
     return (file.frames - 1 - first - TAPS[-1] - _BESIDE + 1) * file.step_s - late
 

@@ -87,8 +87,8 @@ def tma_height_ratio(tp: float, gamma: float, depth: float) -> float:
     log_omega = np.linspace(math.log(0.05), math.log(200.0), 20_001) + math.log(2.0 * math.pi / tp)
     omega = np.exp(log_omega)
     parent = jonswap(omega, 1.0, tp, gamma) * omega
-    kept = np.trapezoid(parent * tma_depth_factor(omega, depth), log_omega)
-    return math.sqrt(float(kept / np.trapezoid(parent, log_omega)))
+    limited = np.trapezoid(parent * tma_depth_factor(omega, depth), log_omega)
+    return math.sqrt(float(limited / np.trapezoid(parent, log_omega)))
 
 
 def wavenumber_spectrum(

@@ -189,7 +189,7 @@ def _images(omega: NDArray[np.float64], step: float, factors: InTime) -> NDArray
 
 
 def _gain(factors: InTime, step: float) -> float:
-    """By what a sum of derivatives multiplies the rms of errors that are independent from knot to knot."""
+    """The factor by which a sum of derivatives multiplies the rms of errors that are independent from knot to knot."""
     polynomials = bspline_polynomials(TIME_ORDER, len(factors) - 1)
     weights = np.tensordot(np.array(factors) / step ** np.arange(len(factors)), polynomials, axes=1)
     place = (np.arange(_PLACES) + 0.5) / _PLACES

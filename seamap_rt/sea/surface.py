@@ -49,7 +49,7 @@ class Memory:
 
 
 class Patch(Protocol):
-    """Of a recorded sea that ends: places, m, are known or not."""
+    """The patch of a recorded sea that ends: places, m, are known or not."""
 
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]: ...
 

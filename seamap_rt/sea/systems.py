@@ -237,7 +237,7 @@ def file_versions(settings: SeaSettings) -> tuple[object, ...]:
 
 
 def _version(path: Path) -> tuple[object, ...]:
-    """Of a file, or of all that a folder holds."""
+    """The version of a file, or of all that a folder holds."""
     try:
         members = sorted(path.rglob("*")) if path.is_dir() else [path]
         states = [(member, member.stat()) for member in members]

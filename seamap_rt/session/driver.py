@@ -15,11 +15,11 @@ import xarray as xr
 
 from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.process import Progress, ProgressEstimate, silent, uninterrupted
+from ..io.process import Progress, ProgressEstimate, hold_interruptions, ignore_progress
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 
-_Retrieved = tuple[xr.DataTree, dict[str, float]]  # maps, and seconds by stage
+_TimedMaps = tuple[xr.DataTree, dict[str, float]]  # maps, and seconds by stage
 _COUNTS = ("facets", "rays", "slope_rms_look", "folded_share")
 
 
@@ -106,18 +106,18 @@ def iterate(
     requested and cannot be traced.
     """
     simulator = simulator or Simulator(as_scene(scene))
-    pace = ProgressEstimate("turn", simulator.scene.turns, progress or silent)
+    pace = ProgressEstimate("turn", simulator.scene.turns, progress or ignore_progress)
     numbers = range(simulator.scene.turns)
     if ahead and retrieved and len(numbers) > 1:
-        yield from _ahead(simulator, pace)
+        yield from _iterate_ahead(simulator, pace)
         return
     for number in numbers:
         pace.begin()
         turn = simulator.turn(number, pace.stage)
-        yield _finished(turn, _retrieved(simulator, turn, pace.stage) if retrieved else None)
+        yield _finish_turn(turn, _retrieve_turn(simulator, turn, pace.stage) if retrieved else None)
 
 
-def _ahead(simulator: Simulator, pace: ProgressEstimate) -> Iterator[FinishedTurn]:
+def _iterate_ahead(simulator: Simulator, pace: ProgressEstimate) -> Iterator[FinishedTurn]:
     """Each turn is retrieved by a thread beside the simulation of the next.
 
     The main thread simulates, and signals reach it at once; a turn that then is whole is yielded before the error goes
@@ -131,14 +131,14 @@ def _ahead(simulator: Simulator, pace: ProgressEstimate) -> Iterator[FinishedTur
             # BLAS has one thread throughout: either side asks for that, and gives it back, as if it were alone.
             with one_blas_thread():
                 try:
-                    coming = beside.submit(_retrieved, simulator, last) if last is not None else None
+                    coming = beside.submit(_retrieve_turn, simulator, last) if last is not None else None
                     turn = simulator.turn(number, pace.stage)
                     wait([] if coming is None else [coming])
                 except BaseException as error:
                     stopped = error
                     wait([] if coming is None else [coming])
             if last is not None and coming is not None:
-                done = _finished(last, coming.result())
+                done = _finish_turn(last, coming.result())
                 last = coming = None
                 yield done
                 del done
@@ -147,22 +147,23 @@ def _ahead(simulator: Simulator, pace: ProgressEstimate) -> Iterator[FinishedTur
             last = turn
             del turn
     if last is not None:
-        yield _finished(last, _retrieved(simulator, last, pace.stage))
+        yield _finish_turn(last, _retrieve_turn(simulator, last, pace.stage))
 
 
-def _retrieved(simulator: Simulator, turn: Turn, on_stage: Callable[[str], object] | None = None) -> _Retrieved:
+def _retrieve_turn(simulator: Simulator, turn: Turn, on_stage: Callable[[str], object] | None = None) -> _TimedMaps:
     clock = Stopwatch(on_stage=on_stage)
     with clock("retrieve"):
         maps = retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
     return maps, clock.seconds
 
 
-def _finished(turn: Turn, retrieved: _Retrieved | None) -> FinishedTurn:
+def _finish_turn(turn: Turn, retrieved: _TimedMaps | None) -> FinishedTurn:
     maps, seconds = retrieved or (None, {})
     counts: dict[str, float] = {name: getattr(turn, name) for name in _COUNTS}
     if maps is not None:
         counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())
-    return FinishedTurn(turn.number, turn.echoes, turn.truth, maps, _added(turn.timing, seconds), counts, turn.begun)
+    timing = _add_timings(turn.timing, seconds)
+    return FinishedTurn(turn.number, turn.echoes, turn.truth, maps, timing, counts, turn.begun)
 
 
 def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFigures]:
@@ -177,17 +178,17 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
             entered.enter_context(sink)
         for turn in turns:
             clock = Stopwatch()
-            with uninterrupted():
+            with hold_interruptions():
                 for sink in sinks:
                     with clock(sink.stage):
                         sink.turn(turn)
-            timing = _added(turn.timing, clock.seconds)
+            timing = _add_timings(turn.timing, clock.seconds)
             figures.append(TurnFigures(timing, turn.counts, turn.begun, time.perf_counter()))
             del turn  # so that memory does not hold it beside the next one
     return figures
 
 
-def _added(first: dict[str, float], then: dict[str, float]) -> dict[str, float]:
+def _add_timings(first: dict[str, float], then: dict[str, float]) -> dict[str, float]:
     """Seconds by stage of a turn, those of a further step added; the total grows by them."""
     stages = {stage: first.get(stage, 0.0) + then.get(stage, 0.0) for stage in (*first, *then)}
     return {**stages, "total": first["total"] + sum(then.values())}

@@ -58,7 +58,7 @@ class ReportProcess:
 
 
 def write_report(*given: Any) -> Path:
-    """As the report's own, whose loading takes a second."""
+    """Write the report as `report.page.write_report` does, whose loading takes a second."""
     from ..report.page import write_report
 
     return write_report(*given)

@@ -16,7 +16,7 @@ from ..errors import InputError, SchemaError
 from ..inspection import Finding, inspect
 from ..interferometry.retrieval import Changes, joined, retrieve_turns
 from ..io.appendable import AppendableNetCDF
-from ..io.results_folder import clear_folder, growing
+from ..io.results_folder import clear_folder, note_growing
 
 MAPS = "maps.nc"
 _JUDGED = 2  # turns: by the second the waves have moved on
@@ -65,7 +65,7 @@ def retrieve_into(
         raise InputError(f"{wrong[0].line}; --even-if-wrong retrieves them as they are")
     clear_folder(folder, products)
     echoes, count = first[-1].echoes, 0
-    with growing(folder, (MAPS,)), AppendableNetCDF(folder / MAPS) as file:
+    with note_growing(folder, (MAPS,)), AppendableNetCDF(folder / MAPS) as file:
         for turn in (*first, *turns):
             file.append(turn.maps)
             on_turn(turn)

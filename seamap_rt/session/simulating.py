@@ -18,7 +18,7 @@ from ..interferometry import open_echoes
 from ..io.growing_store import GrowingStore
 from ..io.polar_images import write_polar_image
 from ..io.process import Progress
-from ..io.results_folder import OF_RUN, RUN, clear_folder, growing, results_folder
+from ..io.results_folder import OF_RUN, RUN, clear_folder, note_growing, results_folder
 from ..io.text import TableMixin
 from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
@@ -186,7 +186,7 @@ def simulate(
         with results_folder(folder, overwrite, PRODUCTS):
             clear_folder(folder, PRODUCTS)
             store = FileSink(run_store(folder, ["truth.nc"]), lambda t: {"echoes": t.echoes, "truth": t.truth})
-            with growing(folder, (RUN, "truth.nc")):
+            with note_growing(folder, (RUN, "truth.nc")):
                 figures = deliver(turns, [store, *image_sinks(folder, simulator)])
         echoes, truth = open_echoes(folder / RUN), xr.open_datatree(folder / "truth.nc")
     facts = run_facts(scene, simulator.sea, simulator.surface)

@@ -35,8 +35,8 @@ class Composer:
     def compose(
         self, echoes: xr.Dataset, polar: xr.Dataset, forecast: tuple[WaveField, xr.Dataset] | None
     ) -> TurnMessage:
-        """Of one turn. echoes: schema `echoes`, the turn's own or more; polar: its `maps/polar`, without the dimension
-        turn; forecast: the field and what was issued of it, None where no sea is known."""
+        """The message of one turn. echoes: schema `echoes`, the turn's own or more; polar: its `maps/polar`, without
+        the dimension turn; forecast: the field and what was issued of it, None where no sea is known."""
         if self._record is None:
             self._record = SeaStateRecord(water_of(polar.attrs))
         number, time = int(polar["turn"]), float(polar["time"].max())
@@ -176,7 +176,7 @@ class RetrievalStream:
         self._composer = Composer(None)
 
     def turn(self, turn: Turn) -> None:
-        """Of one turn's maps, and the echoes among which it is."""
+        """Send the message of one turn's maps, and of the echoes that hold the turn."""
         echoes, polar = turn.echoes, turn.maps["polar"].to_dataset().isel(turn=-1)
         field, pose = self._predictor.turn(polar), pose_of(echoes, int(polar["turn"]))
         course = {"heading_deg": pose.course_deg or 0.0, "speed_m_s": pose.speed_m_s if pose.course_deg else 0.0}

@@ -19,8 +19,8 @@ from ..forecast_errors import VerifiedForecasts, judge_forecasts, true_elevation
 from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.growing_store import GrowingStore
-from ..io.process import Progress, silent
-from ..io.results_folder import FULL, KINDS, RUN, clear_folder, growing, results_folder, write_whole
+from ..io.process import Progress, ignore_progress
+from ..io.results_folder import FULL, KINDS, RUN, clear_folder, note_growing, results_folder, write_whole
 from ..io.text import to_json
 from ..measured import CoverageProfile
 from ..metrics import error_figures
@@ -70,25 +70,25 @@ class ForecastSink(Sink):
         self.latest = field, made
         self._last = field, turn.maps["ground"].to_dataset()[["x", "y"]]
 
-    def verified(self) -> VerifiedForecasts | None:
+    def verified_forecasts(self) -> VerifiedForecasts | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
-        judged = self._judged()
+        judged = self._judged_forecasts()
         if self._last is None or not judged:
             return None
         truth = np.concatenate([true_elevation(self._simulator.sea.judge, made) for made in judged])
-        return VerifiedForecasts(_together(judged), truth, self._field(*self._last))
+        return VerifiedForecasts(_join_issues(judged), truth, self._field_map(*self._last))
 
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
-        judged = self._judged()
-        return observed_windows(self._simulator.sea.judge, _together(judged)) if judged else None
+        judged = self._judged_forecasts()
+        return observed_windows(self._simulator.sea.judge, _join_issues(judged)) if judged else None
 
-    def _judged(self) -> list[xr.Dataset]:
+    def _judged_forecasts(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""
         ends = self._simulator.sea.ends_s
         return [made for made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
 
-    def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
+    def _field_map(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)
         east, north = (each.ravel() for each in np.meshgrid(x, y))
         moment = np.full(east.size, field.issued)
@@ -104,7 +104,7 @@ class ForecastSink(Sink):
         return xr.Dataset({name: (("y", "x"), each) for name, each in values.items()}, {"x": x, "y": y})
 
 
-def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
+def _join_issues(forecasts: list[xr.Dataset]) -> xr.Dataset:
     return xr.concat(forecasts, "issue", data_vars="minimal", coords="minimal")
 
 
@@ -112,7 +112,7 @@ PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
 
 
 class Stream(NamedTuple):
-    """Who listens, and the form of what is sent: "json" or "signalk"."""
+    """Who listens, and the form of the messages: "json" or "signalk"."""
 
     broadcast: Broadcast
     form: Format = "json"
@@ -147,7 +147,7 @@ def run(
     the next one's simulation. It needs `predict`.
     Raises InputError for bad input, NoBackendError if rays cannot be traced, OSError where the disk is full.
     """
-    scene, say = as_scene(scene), progress or silent
+    scene, say = as_scene(scene), progress or ignore_progress
     start = time.perf_counter()
     if out is not None:
         must_be("out", out, (str, os.PathLike), "the path of a folder")
@@ -160,7 +160,7 @@ def run(
         also = (*(["gauges.nc"] if scene.gauges else []), *(["prediction.nc"] if predict else []))
         files = ("truth.nc", "maps.nc", *also)
         store = run_store(folder, files)
-        with _report_remaining(store, scene.turns), growing(folder, (RUN, *files)):
+        with _report_remaining(store, scene.turns), note_growing(folder, (RUN, *files)):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _sinks(folder, simulator, store, ahead, stream)
             made = TurnMemory(iterate(scene, simulator=simulator, ahead=stream is None, progress=progress))
@@ -169,7 +169,7 @@ def run(
         gauges = xr.load_dataset(folder / "gauges.nc") if scene.gauges else None  # some hundred bytes a turn
         with made.maps_and_truth(folder) as (maps, truth):
             metrics = _metrics(simulator, maps, truth, gauges, figures)
-            verified = ahead.verified() if ahead else None
+            verified = ahead.verified_forecasts() if ahead else None
             windows = ahead.windows() if ahead else None
             metrics["prediction"] = judge_forecasts(verified) if verified else []
             metrics["vessel_notes"] = list(ahead.vessel_notes) if ahead else []
@@ -209,7 +209,7 @@ class TurnMemory:
 
     @contextmanager
     def maps_and_truth(self, folder: Path) -> Iterator[tuple[xr.DataTree, xr.DataTree]]:
-        """Of all turns together, each with the groups `polar` and `ground`. folder: where their files are."""
+        """Maps and truth of all turns, each with the groups `polar` and `ground`. folder: where their files are."""
         if self._kept:
             maps, truth = (concatenate_turns(turns) for turns in zip(*self._kept, strict=True))
             yield maps, truth
@@ -239,7 +239,7 @@ def _sinks(
 
 @contextmanager
 def _report_remaining(store: GrowingStore, turns: int) -> Iterator[None]:
-    """An interruption, or a full disk, with a message of what is left."""
+    """Give an interruption, or a full disk, a message that says which turns are left."""
     try:
         yield
     except BaseException as error:
@@ -273,7 +273,7 @@ def _metrics(
         "seed": scene.seed,
         **error_figures(maps, truth),
         "measured": CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
-        **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
+        **_sea_state(maps if simulator.sea.patch is None else _mask_unknown(maps, truth)),
         "visible": None if visible is None else own | visible.facts,
         "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],
@@ -286,8 +286,8 @@ def _metrics(
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Of the last turn, but for folded waves, of which the worst turn counts; and the share of the ground cells that
-    the first turn's beam passed which the last one's passes still."""
+    """Counts of the last turn, but for folded waves, of which the worst turn counts; and the share of the ground cells
+    that the first turn's beam passed which the last one's passes still."""
     last, first_cells = dict(counts[-1]), counts[0]["ground_cells"]
     covered = last.pop("ground_cells") / max(first_cells, 1)
     return {"ground_covered": covered, **last, "folded_share": max(turn["folded_share"] for turn in counts)}
@@ -302,7 +302,7 @@ def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
     }
 
 
-def _where_true(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
+def _mask_unknown(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
     """The polar map with heights where there is a truth: not beyond a record that was continued."""
     polar, known = maps["polar"].to_dataset(), np.isfinite(truth["polar"].to_dataset()["height"].values)
     return xr.DataTree.from_dict({"/polar": polar.assign(height=polar["height"].where(known))})

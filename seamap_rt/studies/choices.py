@@ -152,7 +152,7 @@ def _measured_in_words(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> s
 
 
 def _half_visible(table: xr.Dataset, one: xr.Dataset) -> str:
-    """To how far half of the sea is visible to the radar in its own polarization, and to light; empty where unknown."""
+    """The range to which half of the sea is visible to the radar in its own polarization, and to light, if known."""
     own = str(one[POLARIZATION].item()) if POLARIZATION in one.coords else table.attrs.get("polarization", "")
     half = one.get(f"half_visible_{own.lower()}_m")
     if half is None or not half.notnull().any():

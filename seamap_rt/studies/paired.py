@@ -147,7 +147,7 @@ def end_of(grid: NDArray[np.float64], value: float, alone: bool) -> str:
 
 
 def significant_difference(values: xr.DataArray) -> float:
-    """By how much two designs' means must differ to differ with 95 % confidence, over the same seas.
+    """The least by which two designs' means must differ to differ with 95 % confidence, over the same seas.
 
     values: over keys and `seed`. From what is left of the scatter when means of designs and of seeds are taken away, of
     the seeds that all designs have. NaN where fewer than FEWEST_SEEDS or than two designs tell it.
@@ -214,7 +214,7 @@ class Goal:
 
 
 def seconds(text: str) -> float:
-    """Of a time as it is written: 90, 90s, 10min, 2h. Raises InputError for anything else."""
+    """Seconds of a time as it is written: 90, 90s, 10min, 2h. Raises InputError for anything else."""
     found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*(s|min|h)?\s*", text)
     if not found:
         raise InputError(f"--budget {text}: must be a time, as 90s, 10min or 2h")

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, report_partial_results
-from ..io.process import Progress, ProgressEstimate, silent, uninterrupted
+from ..io.process import Progress, ProgressEstimate, hold_interruptions, ignore_progress
 from ..io.results_folder import results_folder
 from ..io.text import csv_text
 from ..mesh import polar_grid
@@ -63,7 +63,7 @@ def shadowing(
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
-    say = progress or silent
+    say = progress or ignore_progress
     pace = ProgressEstimate("seed", seeds, say)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
@@ -195,7 +195,7 @@ def write_shadowing(
                 "shadowing_seen.png": seen,
                 "shadowing.html": shadowing_page(data, lines, shares, seen, seeds, scene.to_toml()).encode("utf-8"),
             }
-        with uninterrupted():
+        with hold_interruptions():
             _write_all(folder, made)
     return lines
 

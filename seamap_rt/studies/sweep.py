@@ -27,7 +27,7 @@ from .. import __version__
 from ..compute.locks import scratch_folder
 from ..errors import InputError, is_interruption
 from ..io.opening import open_file, read_json
-from ..io.process import Progress, duration, silent, uninterrupted
+from ..io.process import Progress, duration, hold_interruptions, ignore_progress
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..scene import Scene, SceneLike, as_scene
 from .choices import headline, least_confidence, outlook_columns
@@ -174,7 +174,7 @@ class Sweep(Grid):
         from ..report import style
         from .trade_figures import draw_trade, trade_images
 
-        with uninterrupted():
+        with hold_interruptions():
             write_whole(self.folder / "trade.csv", rows(table))
             # By way of memory: HDF5 itself may crash on a full disk.
             write_whole(self.folder / "trade.nc", bytes(table.to_netcdf(engine="h5netcdf")))
@@ -323,7 +323,7 @@ def _swept(
     keep_table: bool = True,
 ) -> xr.Dataset:
     """Compute what is missing, and make the table; when interrupted make it of what is there, and say so."""
-    say = options.progress or silent
+    say = options.progress or ignore_progress
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written, and before the libraries of a cluster are loaded
     if options.until is not None and not chosen_key(sweep.vary):

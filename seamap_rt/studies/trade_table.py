@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Window(NamedTuple):
-    """From where to where [m] a map is usable; NaN where it is nowhere, or where there are no waves to map."""
+    """The ranges [m] between which a map is usable; NaN where it is nowhere, or where there are no waves to map."""
 
     nearest: float
     furthest: float
@@ -225,7 +225,7 @@ def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
     """One HTML file that needs no other. images: of the table, see `trade_figures.trade_images`."""
     done = bool((table["status"] == "done").any())
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
-    said = list(recommendations(table)) if done else []
+    advice = list(recommendations(table)) if done else []
     words = [(key, words_of(key)) for key in keys]
     small_print = [(f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", "")]
     small_print += [(f"{each.label}: {each.meaning}", key) for key, each in words]
@@ -233,10 +233,10 @@ def trade_page(table: xr.Dataset, images: Sequence[Image]) -> str:
     note = "Means over the seeds, with their 95 % bands from three seeds on."
     return html_page(
         f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
-        [f"{line[0].upper()}{line[1:]}." for line in said] or ["Nothing has a result yet."],
+        [f"{line[0].upper()}{line[1:]}." for line in advice] or ["Nothing has a result yet."],
         images,
         [Fold("Words, keys and the scene", notes=small_print, text=table.attrs.get("scene", ""))],
-        notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
+        notes=[_seeds(table), *(line for line in headline(table) if line not in (*advice, FULLY_MEASURED))],
         table=Table("All designs", heads, _rows(table, keys), note, files=["trade.csv", "trade.nc"]),
     )
 

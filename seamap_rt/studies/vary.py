@@ -99,7 +99,7 @@ class Point:
 
     @property
     def name(self) -> str:
-        """Of its file: the same in every run of the same grid."""
+        """Name of its file: the same in every run of the same grid."""
         short = {k: f"{v:.10g}" if isinstance(v, float) else write_value(v) for k, v in self.keys.items()}
         words = "_".join(f"{key}={value}" for key, value in short.items())
         return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', words)[:100]}_seed={self.seed}"
@@ -180,7 +180,7 @@ class Grid:
 
     @cached_property
     def scenes(self) -> list[Scene | InputError]:
-        """Of each point, or why it has none. Raises InputError where no point has one."""
+        """The scene of each point, or why it has none. Raises InputError where no point has one."""
         result: list[Scene | InputError] = []
         for point in self.points:
             try:

@@ -67,7 +67,7 @@ def polar_truth(
 def _truth(
     grid: PolarGrid,
     sums: NDArray[np.float64],
-    heard: NDArray[np.float64],
+    weighted: NDArray[np.float64],
     radar: RadarSettings,
     retrieval: RetrievalSettings,
     turn: int,
@@ -87,7 +87,7 @@ def _truth(
         }
         if bent:
             values["illumination"] = sums[..., LIGHT] / whole
-        values["height_weighted"] = heard[..., 1] / heard[..., 0]
+        values["height_weighted"] = weighted[..., 1] / weighted[..., 0]
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
     times = np.interp(sweeps, grid.sweep, grid.time)

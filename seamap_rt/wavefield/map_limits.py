@@ -30,7 +30,7 @@ _FLAGGED = {
 
 
 def hindrance(polar: xr.Dataset) -> str:
-    """Of one turn's polar map, whose sea state is not known: the cause and its remedy, in words."""
+    """Why the sea state of one turn's polar map is not known, and the remedy, in words."""
     ranges, flags, height = polar["range"].values, polar["quality"].values, float(polar.attrs.get("height_m", np.nan))
     near = STEEPEST * height
     for name, words in _FLAGGED.items():
@@ -42,16 +42,16 @@ def hindrance(polar: xr.Dataset) -> str:
             f"not judged: widen radar.range_m to {near + 5.0 * BIN_M:.0f} m and more, or lower radar.height_m"
         )
     judged = ranges >= near if np.isfinite(near) else np.ones(ranges.size, dtype=bool)
-    heard = ((flags & QUALITY_FLAGS["no_echo"]) == 0) & judged
+    received = ((flags & QUALITY_FLAGS["no_echo"]) == 0) & judged
     snr = polar["snr_db"].values if "snr_db" in polar else np.full(flags.shape, np.inf)
-    heard &= ~np.isnan(snr)
+    received &= ~np.isnan(snr)
     strongest = -np.inf
     for start in np.arange(near if np.isfinite(near) else ranges[0], ranges[-1], BIN_M):
-        inside = heard & (ranges >= start) & (ranges < start + BIN_M)
+        inside = received & (ranges >= start) & (ranges < start + BIN_M)
         if inside.any():
             strongest = max(strongest, float(np.median(snr[inside])))
     unlike = (flags & (QUALITY_FLAGS["low_coherence"] | QUALITY_FLAGS["ambiguous"])) != 0
-    if heard.any() and np.mean(unlike[heard]) > _MOST:
+    if received.any() and np.mean(unlike[received]) > _MOST:
         return "the antennas' echoes are too little alike (low coherence or unsure cycles): shorten radar.baseline_m"
     if strongest > _CLEAR_DB:
         return f"too little of the sea in sight, shadow: raise radar.height_m, as to {2.0 * height:g} m"

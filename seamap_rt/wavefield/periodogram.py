@@ -53,7 +53,7 @@ class Periodogram:
 
 
 def mean_periodogram(each: Sequence[Periodogram]) -> Periodogram:
-    """Of some turns on end, whose waves are mostly the same ones."""
+    """The mean periodogram of some successive turns, whose waves are mostly the same ones."""
     count = np.sum([one.count for one in each], axis=0)
     power = np.sum([one.count * one.power for one in each], axis=0) / np.maximum(count, 1e-12)
     means = {

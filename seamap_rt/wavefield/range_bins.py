@@ -74,7 +74,7 @@ class PolarMap:
         return float(np.degrees(self.azimuth.size * self.width))
 
     def cells(self, chosen: NDArray[np.bool_]) -> Cells:
-        """Of the known cells those that are chosen (look, gate)."""
+        """The chosen ones (look, gate) of the known cells."""
         look = np.nonzero(chosen)[0]
         out = self.distance[chosen]
         east, north = unit_from_azimuth(self.azimuth[look])

@@ -132,13 +132,13 @@ class TurnSpectrum:
     polar_map: PolarMap
     bins: RangeBins
     transfer: Field  # (ring,) share of waves' variance that the map's cells hold
-    kept: Field  # (bin,) share of the waves' variance that cells at that distance hold
+    held_share: Field  # (bin,) share of the waves' variance that cells at that distance hold
     water: Water
     inside: NDArray[np.bool_]  # (look, gate) of cells that waves are sorted by
 
     @classmethod
     def of(cls, polar: xr.Dataset, water: Water) -> TurnSpectrum | None:
-        """Of the polar map of one turn; None where too little is in sight."""
+        """The spectrum of the polar map of one turn; None where too little is in sight."""
         polar_map = PolarMap.of(polar)
         bins = RangeBins.of(polar_map)
         if bins is None or not bins.used.any():
@@ -149,13 +149,13 @@ class TurnSpectrum:
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
         overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
         spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-        kept = _kept_variance_share(spectrum, overall, resolution, bins.middle)
-        return cls(spectrum, direction, polar_map, bins, overall, kept, water, inside)
+        held_share = _kept_variance_share(spectrum, overall, resolution, bins.middle)
+        return cls(spectrum, direction, polar_map, bins, overall, held_share, water, inside)
 
     @property
     def height(self) -> float:
         """m, four standard deviations of the sea."""
-        return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
+        return _height(self.polar_map, self.bins, self.held_share)["significant_wave_height"]
 
     @property
     def visible_share(self) -> float:
@@ -177,17 +177,17 @@ class TurnSpectrum:
 
     @cached_property
     def heights(self) -> Heights:
-        """Of the cells that waves are sorted by."""
+        """Heights of the cells that waves are sorted by."""
         return self._heights(self.inside)
 
     @cached_property
     def heights_used(self) -> Heights:
-        """Of the cells that the waves' height is taken from."""
+        """Heights of the cells that the waves' height is taken from."""
         return self._heights(self.polar_map.known & self.bins.covers(self.bins.used, self.polar_map.distance))
 
     @cached_property
     def periodogram(self) -> Periodogram:
-        """By rings and directions, of heights that fade towards the edge, so that long waves do not leak."""
+        """The periodogram by rings and directions, of heights that fade towards the edge, lest long waves leak."""
         cells = self.polar_map.cells(self.inside)
         faded = cells.weight * (1.0 - (np.hypot(cells.x, cells.y) / (_FADED * cells.reach)) ** 2)
         area = float(faded.sum() ** 2 / np.sum(faded**2 / cells.weight))
@@ -254,7 +254,7 @@ class SeaStateRecord:
         turn = TurnSpectrum.of(polar, self._water)
         if turn is None:
             return values
-        found = _height(turn.polar_map, turn.bins, turn.kept)
+        found = _height(turn.polar_map, turn.bins, turn.held_share)
         now = float(turn.polar_map.time.max())
         self._turns = [each for each in self._turns if now - each[0].polar_map.time.max() < _MEMORY_S]
         self._turns.append((turn, found))

@@ -91,7 +91,7 @@ class _Posterior:
         self.bounds = least, max(most, least + 1.0)
 
     def add_system(self, found: WaveSystems | None) -> WaveSystems:
-        """With the further system that the data ask for most."""
+        """The systems with the further one that the data ask for most."""
         if found is None:
             return self._first()
         further = self._further(found)
@@ -313,7 +313,7 @@ class _AddedSystems:
         return float(np.exp(self.values[:-2:SYSTEM_VALUES]).sum())
 
     def systems(self, n: int, variance: float) -> tuple[WaveSystem, ...]:
-        """With one of those tried, of that variance [m²]."""
+        """The systems with one of those tried, of that variance [m²]."""
         moved = self.values - np.clip(self.given_way[:, n] * variance, -1.5, 1.5)
         rows = moved[:-2].reshape(-1, SYSTEM_VALUES)
         return (*(system_of(row) for row in rows), replace(self.tried[n], variance=variance))

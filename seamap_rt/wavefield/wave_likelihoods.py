@@ -97,7 +97,7 @@ class GaussianLikelihood:
         return modes @ modes.transpose(0, 2, 1)
 
     def covariance(self, power: Field, nugget: float) -> Field:
-        """Of the data, (datum, datum)."""
+        """Covariance of the data, (datum, datum)."""
         both = np.concatenate((power.ravel(), power.ravel()))
         return self.noise + nugget * self.white + (self.modes * both) @ self.modes.T
 

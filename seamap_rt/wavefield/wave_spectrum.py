@@ -124,7 +124,7 @@ class Transforms:
 
     @classmethod
     def of(cls, cells: Cells) -> Transforms:
-        """Of some cells."""
+        """Transforms of some cells."""
         reach = cells.reach
         sector = cells.look * _SECTORS // (int(cells.look.max()) + 1)
         side = int(2.0 * reach / _BIN_M) + 1

@@ -38,7 +38,7 @@ class WaveSystem:
 
 @dataclass(frozen=True)
 class Heights:
-    """Of one turn; arrays (cell,): x, y [m], time [s], height [m], noise [m²], weight [m²]."""
+    """Heights of one turn; arrays (cell,): x, y [m], time [s], height [m], noise [m²], weight [m²]."""
 
     x: Field
     y: Field
@@ -124,7 +124,7 @@ class WaveSystems:
         return replace(self, systems=tuple(self.systems[n] for n in kept), covariance=covariance)
 
     def _figures(self, samples: float) -> dict[str, float]:
-        """Of these systems alone."""
+        """Figures of these systems alone."""
         period, error = self._peak()
         figures = {"peak_period": period, "peak_period_std": error}
         values = np.array([values_of(each) for each in self.systems])

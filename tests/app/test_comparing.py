@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.stats import t as student
 
-from seamap_rt.app.compare_view import RangeVerdict, differences, in_words, judge, squares
+from seamap_rt.app.compare_view import RangeVerdict, describe, differences, judge, squares
 from seamap_rt.app.source import Layout, Results, Source
 from seamap_rt.scene import load_scene
 
@@ -71,7 +71,7 @@ def test_a_difference_of_thirty_percent_over_cells_enough_is_called_and_the_rang
     assert verdicts[0.0] == "▼ B worse"
     assert {verdicts[each] for each in (25.0, 50.0, 75.0, 100.0)} == {"within chance"}
     assert verdicts[200.0] == "▲ B better"
-    words = in_words([whole, *ranges])
+    words = describe([whole, *ranges])
     assert "B is better at" in words
     assert "B is worse at 0–25 m." in words
 

@@ -146,9 +146,9 @@ def test_changes_are_counted_and_taken_back(roots: Roots) -> None:
     draft.set("radar.height_m", 8)
     draft.set("radar.baseline_m", 0.4)
     draft.set("radar.baseline_m", 0.2)  # as it was
-    assert draft.changed == {"radar.height_m": 8}
+    assert draft.changes == {"radar.height_m": 8}
     assert [draft.undo() for _ in range(4)] == [True, True, True, False]
-    assert draft.changed == {}
+    assert draft.changes == {}
 
 
 def test_a_wave_system_of_another_kind_keeps_what_both_have_and_stands(roots: Roots) -> None:

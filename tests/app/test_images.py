@@ -86,7 +86,7 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
         map_spectra_picture(_density(1.0), _density(1.2), (np.array([0.1, 0.4]), np.ones(2)), "Of a turn."),
         gauge,
     ]
-    found += [ahead_picture(ahead), ahead_picture(ahead, came.verified.truth[11, :, 0], came.quiet(11))]
+    found += [ahead_picture(ahead), ahead_picture(ahead, came.verified.truth[11, :, 0], came.quiet_windows(11))]
     found += [verified_picture(came.verified, 10.0, 11), windows]
     alt = "Visible share of the sea against ground range"
     found.append(Picture("study", "Shadowing", alt, "", lambda: draw_shadowing(study, ("all looks",))))
@@ -214,7 +214,7 @@ def test_bars_of_windows_are_their_chances_filled_where_a_quiet_one_came(tmp_pat
     write_run(tmp_path / "run")
     ahead, came = read_ahead(tmp_path / "run", 11, QuietSettings(elevation_m=0.3)), verify_folder(tmp_path / "run")
     assert ahead is not None
-    quiet = came.quiet(11)
+    quiet = came.quiet_windows(11)
     assert quiet is not None
     height, chance = next_seconds(ahead, came.verified.truth[11, :, 0], quiet).axes
     np.testing.assert_allclose(_lines(height)["forecast"], ahead.elevation_m)

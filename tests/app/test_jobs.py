@@ -61,14 +61,14 @@ def _add(queue: Queue, what: str, folder: str) -> Job:
 
 def test_jobs_run_one_after_another_and_end_as_done(queue: Queue, tmp_path: Path) -> None:
     first, second = _add(queue, "run", "a"), _add(queue, "run", "b")
-    _wait(lambda: second.over)
+    _wait(lambda: second.is_over)
     assert (first.state, second.state) == ("done", "done")
     assert (tmp_path / "a/ended").read_text() <= (tmp_path / "b/began").read_text()
 
 
 def test_a_refusal_is_told_in_the_words_of_the_command(queue: Queue) -> None:
     job = _add(queue, "refuse", "a")
-    _wait(lambda: job.over)
+    _wait(lambda: job.is_over)
     assert (job.state, job.reason) == ("failed", "radar.height_m = 500: must be lower")
     assert queue.progress(job).line == job.reason
 
@@ -79,7 +79,7 @@ def test_a_running_job_is_asked_to_end_and_a_waiting_one_is_never_begun(queue: Q
     assert waiting.state == "queued"
     queue.cancel(waiting.name)
     queue.cancel(running.name)
-    _wait(lambda: running.over and waiting.over)
+    _wait(lambda: running.is_over and waiting.is_over)
     assert (running.state, running.reason) == ("cancelled", "interrupted: 1 of 3 turns are complete")
     assert waiting.state == "cancelled"
     assert not (tmp_path / "b").exists()
@@ -95,7 +95,7 @@ def test_a_job_cancelled_before_it_can_answer_is_cancelled(tmp_path: Path, numbe
     job = _add(queue, "wait", "a")
     _wait((tmp_path / "ready").exists)
     queue.cancel(job.name)
-    _wait(lambda: job.over)
+    _wait(lambda: job.is_over)
     assert (job.state, job.reason) == ("cancelled", "cancelled before it began")
     queue.close()
 
@@ -104,7 +104,7 @@ def test_a_killed_job_says_so_and_the_next_one_runs(queue: Queue, tmp_path: Path
     job, after = _add(queue, "wait", "a"), _add(queue, "run", "b")
     _wait((tmp_path / "a/ready").exists)
     os.kill(job.pid, signal.SIGKILL)
-    _wait(lambda: after.over)
+    _wait(lambda: after.is_over)
     assert job.state == "failed"
     assert "SIGKILL" in job.reason
     assert "no whole turn was left" in job.reason
@@ -120,9 +120,9 @@ def test_a_server_that_is_started_again_finds_what_ran_and_what_runs_on(tmp_path
     assert (found["a"].state, found["b"].state) == ("done", "running")
     assert found["b"].pid == running.pid
     second.cancel(found["b"].name)
-    _wait(lambda: found["b"].over and running.over)
+    _wait(lambda: found["b"].is_over and running.is_over)
     assert found["b"].state in ("cancelled", "failed")
-    assert done.over
+    assert done.is_over
     for each in (first, second):
         each.close()
 
@@ -167,9 +167,9 @@ def test_a_stranger_who_has_the_number_of_a_run_is_no_run_and_is_never_signalled
     _note(tmp_path, "a.9", pid=stranger.pid, reason="stopped by the user")
     queue = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
     try:
-        assert all(job.over for job in queue.jobs())
+        assert all(job.is_over for job in queue.jobs())
         after = _add(queue, "run", "b")
-        _wait(lambda: after.over)
+        _wait(lambda: after.is_over)
         assert after.state == "done"
         for job in queue.jobs():  # and where a note came between
             job.state, job.pid = "running", stranger.pid
@@ -191,7 +191,7 @@ def test_the_end_of_a_page_ends_what_it_began_alone_and_cancel_a_run_of_an_earli
     second.close()
     assert time.monotonic() - begin < 5.0  # it does not wait for what it has not begun
     time.sleep(0.3)
-    assert not running.over
+    assert not running.is_over
     first.close()
     assert running.state == "cancelled"
 
@@ -200,7 +200,7 @@ def test_the_end_of_a_page_ends_what_it_began_alone_and_cancel_a_run_of_an_earli
 def test_no_number_in_a_note_is_a_run_by_itself(tmp_path: Path, pid: Any) -> None:
     _note(tmp_path, "a.1", pid=os.getpid() if pid == "this" else pid)
     queue = Queue(tmp_path)
-    assert all(job.over for job in queue.jobs())
+    assert all(job.is_over for job in queue.jobs())
     queue.close()
 
 

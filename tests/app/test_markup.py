@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from jinja2 import nodes
 
 from seamap_rt.app.folders import address
-from seamap_rt.io.text import quoted
+from seamap_rt.io.text import toml_string
 
 _PACKAGE = Path(__file__).parents[2] / "seamap_rt"
 _CODE = {"props", "classes", "style", "default_props", "default_classes", "default_style"}
@@ -141,8 +141,8 @@ def test_every_template_is_rendered_with_escapes() -> None:
 @example('```\n<img src="http://elsewhere">')
 def test_a_scene_as_text_has_no_line_of_a_value_alone(text: str) -> None:
     """It is shown as code, which a line of three backquotes would end."""
-    assert len(quoted(text).splitlines()) == 1
-    assert quoted(text).startswith('"')
+    assert len(toml_string(text).splitlines()) == 1
+    assert toml_string(text).startswith('"')
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), min_size=1))

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import pytest
 from browsing import serve as served
 
-from seamap_rt.app import _listening, _names, serve
+from seamap_rt.app import _host_names, _open_socket, serve
 from seamap_rt.cli.beginning import page
 from seamap_rt.errors import InputError
 
@@ -23,19 +23,19 @@ def test_a_taken_port_is_refused_in_a_line() -> None:
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=rf"--port = {port}: cannot be listened on"):
-            _listening("127.0.0.1", port)
+            _open_socket("127.0.0.1", port)
 
 
 def test_a_host_that_is_none_is_refused_in_a_line() -> None:
     with pytest.raises(InputError, match=r"cannot be listened on at no\.such\.host"):
-        _listening("no.such.host.invalid", 0)
+        _open_socket("no.such.host.invalid", 0)
 
 
 def test_it_listens_on_loopback_unless_told_otherwise() -> None:
     assert inspect.signature(page).parameters["host"].default == "127.0.0.1"
-    with _listening("127.0.0.1", 0) as listening:
+    with _open_socket("127.0.0.1", 0) as listening:
         assert listening.getsockname()[0] == "127.0.0.1"
-    assert _names("127.0.0.1", 80) == {"127.0.0.1:80", "localhost:80", "[::1]:80"}
+    assert _host_names("127.0.0.1", 80) == {"127.0.0.1:80", "localhost:80", "[::1]:80"}
 
 
 def test_a_folder_that_cannot_be_is_refused_by_its_option(tmp_path: Path) -> None:

@@ -62,8 +62,8 @@ def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Verification)
 def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Verification) -> None:
     windows, judged = found.windows, np.flatnonzero(warm(found.verified.forecasts))
     assert windows is not None
-    quiet = np.array([found.quiet(int(at)) for at in judged])
-    assert found.quiet(0) is None  # it rests on too few turns
+    quiet = np.array([found.quiet_windows(int(at)) for at in judged])
+    assert found.quiet_windows(0) is None  # it rests on too few turns
     assert np.isnan(quiet[:, 9:]).all()  # ends beyond the last lead
     quiet = quiet[:, :9]
     assert windows.chance.size == quiet.size == 72

@@ -21,7 +21,7 @@ from numpy.testing import assert_array_equal
 
 from seamap_rt.cli.stops import Stops
 from seamap_rt.interferometry import open_echoes, retrieve
-from seamap_rt.io.results_folder import growing, held_folder
+from seamap_rt.io.results_folder import lock_folder, note_growing
 from seamap_rt.simulation import Simulator
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
@@ -181,12 +181,12 @@ def test_the_first_signal_interrupts_and_others_wait_for_the_end() -> None:
     stops.begin()
     try:
         stops.run()
-        assert not stops.asked
+        assert not stops.requested
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
         for number in before:
             signal.raise_signal(number)
-        assert stops.asked
+        assert stops.requested
     finally:
         stops.end(process=False)
     assert {number: signal.getsignal(number) for number in before} == before
@@ -278,7 +278,7 @@ def test_a_folder_into_which_another_process_writes_is_refused(call: Any, comman
     Path("some.zarr").mkdir()
     Path("busy").mkdir()
     options = () if command[0] == "retrieve" else settings()
-    with held_folder(Path("busy"), "--out"):
+    with lock_folder(Path("busy"), "--out"):
         answer = call(*command, *options, "--out", "busy", "--overwrite")
         assert_refused(
             answer, "--out = '", f"process {os.getpid()} on ", "writes there; choose another folder, or wait"
@@ -293,7 +293,7 @@ def test_recover_says_what_it_found(call: Any) -> None:
     answer = call("recover", "empty")
     assert (answer.code, answer.err) == (0, "")
     assert "nothing to recover" in answer.out
-    with growing(Path("empty"), ("truth.nc", "maps.nc", "run.zarr")):
+    with note_growing(Path("empty"), ("truth.nc", "maps.nc", "run.zarr")):
         shutil.copytree("empty", "killed")
     Path("killed/scene.toml").touch()
     Path("killed/run.zarr").mkdir()

@@ -36,7 +36,7 @@ from seamap_rt.io.reading import read_whole_turns
 from seamap_rt.io.recorded import read_recording
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.recording_header import read_header
-from seamap_rt.io.results_folder import unfinished
+from seamap_rt.io.results_folder import unfinished_files
 from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.prediction import read_capytaine
@@ -132,7 +132,7 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {  # the file's name, an
     "points of the page": ("points/0.json", lambda path: _nothing(read_points(path.parent.parent))),
     "jobs of the page": (f"{FOLDER}/0.json", lambda path: _jobs(path.parent.parent)),
     "progress of the page": ("a.txt", lambda path: _nothing(_lines(path))),
-    "note of a run": (".unfinished.json", lambda path: _nothing(unfinished(_named(path, "").parent))),
+    "note of a run": (".unfinished.json", lambda path: _nothing(unfinished_files(_named(path, "").parent))),
     "lock of a run": (".lock", lambda path: _nothing(holder_of(path))),
     "point of a trade": ("0.json", lambda path: _nothing(kept_point(path))),
     "scheduler": ("scheduler.json", lambda path: _address(str(path))),

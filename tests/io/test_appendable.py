@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.recovery import recover
-from seamap_rt.io.results_folder import growing
+from seamap_rt.io.results_folder import note_growing
 
 def limit(size=resource.RLIM_INFINITY):
     '''No file of this process may grow beyond so many bytes: EFBIG, which HDF5 meets as it meets a full disk.'''
@@ -111,7 +111,7 @@ def test_a_full_disk_keeps_the_whole_turns(
     said = alone(
         f"""
         try:
-            with growing(Path(), ("it.nc",)), {file} as file:
+            with note_growing(Path(), ("it.nc",)), {file} as file:
                 for turn in range(12):
                     if turn == 9 and "{full}" == "at a turn":
                         limit(100_000)
@@ -177,7 +177,7 @@ def test_a_turn_that_one_group_cannot_take_is_in_none(alone: Alone, tmp_path: Pa
         except OSError as error:
             print(error.filename)
         limit()
-        GrowingStore.reopened(Path("run.zarr"), files).close()
+        GrowingStore.reopen(Path("run.zarr"), files).close()
         """
     )
     assert said.strip() == "run.zarr"

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.io.sea_grid import fill_error, filled, half_width, largest_square, unseen_edges
+from seamap_rt.io.sea_grid import fill_error, fill_gaps, half_width, largest_square, unseen_edges
 
 Y, X = np.mgrid[:80, :80].astype(float) - 40.0
 
@@ -20,7 +20,7 @@ def strip(radius: float) -> np.ndarray:
 
 
 def through(values: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    return filled(np.where(gap, np.nan, values), gap)
+    return fill_gaps(np.where(gap, np.nan, values), gap)
 
 
 def test_a_plane_goes_on_across_any_gap_and_over_an_edge() -> None:

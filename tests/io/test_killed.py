@@ -25,7 +25,7 @@ from seamap_rt.io import growing_store
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.growing_store import GrowingStore
 from seamap_rt.io.recovery import recover
-from seamap_rt.io.results_folder import RUN, clear_folder, growing, hidden_store, results_folder
+from seamap_rt.io.results_folder import RUN, clear_folder, hidden_store, note_growing, results_folder
 
 
 def tree(turn: int) -> xr.DataTree:
@@ -95,7 +95,7 @@ def watch(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
     """As many turns as were appended, or the one more that was about to be; their values are those of their turns."""
     folder = snapshots.folder
-    with monkeypatch.context() as watched, growing(folder, ("maps.nc",)):
+    with monkeypatch.context() as watched, note_growing(folder, ("maps.nc",)):
         watch(snapshots, watched)
         with AppendableNetCDF(folder / "maps.nc") as file:
             for turn in range(3):
@@ -139,7 +139,7 @@ def test_each_write_of_one_that_goes_on_leaves_what_it_had(
     if stopped == "interrupted":
         file.close()
     snapshots.whole = whole
-    with monkeypatch.context() as watched, growing(snapshots.folder, ("maps.nc",)):
+    with monkeypatch.context() as watched, note_growing(snapshots.folder, ("maps.nc",)):
         watch(snapshots, watched)
         with AppendableNetCDF(path, whole=whole) as again:
             for turn in range(whole, 5):
@@ -155,7 +155,7 @@ def test_each_write_of_one_that_goes_on_leaves_what_it_had(
 @pytest.mark.parametrize("content", [b"not one", None])
 def test_damage_is_one_line(tmp_path: Path, name: str, content: bytes | None) -> None:
     """A chunk that is lost too: Zarr would read it as what is missing."""
-    with growing(tmp_path, ("maps.nc",)):
+    with note_growing(tmp_path, ("maps.nc",)):
         file = AppendableNetCDF(tmp_path / "maps.nc")
         for turn in range(2):
             file.append(xr.DataTree.from_dict({"/polar": tree(turn)["polar"].to_dataset().pad(y=(0, 800))}))
@@ -188,7 +188,7 @@ def test_each_write_of_a_run_leaves_its_whole_turns(snapshots: Snapshots, monkey
     which the first turn has none, end with the same turn."""
     folder = snapshots.folder
     files = {"maps": folder / "maps.nc", "forecast": folder / "prediction.nc"}
-    with monkeypatch.context() as patch, growing(folder, (RUN, "maps.nc", "prediction.nc")):
+    with monkeypatch.context() as patch, note_growing(folder, (RUN, "maps.nc", "prediction.nc")):
         watch(snapshots, patch)
         patch.setattr(growing_store, "ROOM", 2)
         with GrowingStore(folder / RUN, ("turn", "pulse", "issue"), files) as store:
@@ -332,7 +332,7 @@ def test_without_locks_the_file_says_who_holds_it(
 
 def test_what_a_kill_left_is_refused_until_recovered_or_cleared(tmp_path: Path) -> None:
     products = ("scene.toml", RUN)
-    with growing(tmp_path, (RUN,)):
+    with note_growing(tmp_path, (RUN,)):
         store = GrowingStore(tmp_path / RUN, ("turn", "pulse"))
         store.append({"echoes": echoes(0)})
         shutil.copytree(tmp_path, tmp_path.with_name("killed"))

@@ -61,14 +61,14 @@ def test_the_heading_does_not_jump_through_north(tmp_path: Path) -> None:
     rows = "".join(f"{0.2 * n:.1f},{value % 360.0}\n" for n, value in enumerate(heading))
     record = read(tmp_path, f"time_s,heading_deg\n{rows}")
     np.testing.assert_allclose(record.attitude[:, 2], heading, atol=1e-9)
-    between = record.at([0.5, 0.65])[1][:, 2]
+    between = record.pose_at([0.5, 0.65])[1][:, 2]
     np.testing.assert_allclose(between, [340.0 + 7.0 * 2.5, 340.0 + 7.0 * 3.25], atol=1e-9)
 
 
 def test_places_count_from_where_the_boat_is_at_time_0(tmp_path: Path) -> None:
     rows = "".join(f"{t},{350_000.0 + 3.0 * t},{5_600_000.0 - 4.0 * t},{0.1 * t}\n" for t in (-0.5, 0.25, 1.0))
     record = read(tmp_path, f"time_s,x_m,y_m,heave_m\n{rows}")
-    position = record.at([-0.5, 0.0, 1.0])[0]
+    position = record.pose_at([-0.5, 0.0, 1.0])[0]
     # Rounding of UTM's northing: 1e-9 m.
     np.testing.assert_allclose(position, [[-1.5, 2.0, -0.05], [0.0, 0.0, 0.0], [3.0, -4.0, 0.1]], atol=5e-9)
     late = read(tmp_path, "time_s,x_m\n100,7\n100.5,9\n")
@@ -83,7 +83,7 @@ def test_a_cubic_is_met_exactly(tmp_path: Path) -> None:
     rows = "".join(f"{t!r},{t**3 - 2.0 * t!r}\n" for t in time.tolist())
     record = read(tmp_path, f"time_s,roll_deg\n{rows}")
     asked = np.linspace(0.0, 1.6, 41)
-    np.testing.assert_allclose(record.at(asked)[1][:, 0], asked**3 - 2.0 * asked, atol=1e-14)
+    np.testing.assert_allclose(record.pose_at(asked)[1][:, 0], asked**3 - 2.0 * asked, atol=1e-14)
 
 
 def test_between_readings_it_is_smooth(tmp_path: Path) -> None:
@@ -92,22 +92,22 @@ def test_between_readings_it_is_smooth(tmp_path: Path) -> None:
     rows = "".join(f"{t:.1f},{10.0 * np.sin(2.0 * np.pi * t / period):.15g}\n" for t in time)
     record = read(tmp_path, f"time_s,pitch_deg\n{rows}")
     asked = np.linspace(1.0, 10.0, 5001)
-    error = record.at(asked)[1][:, 1] - 10.0 * np.sin(2.0 * np.pi * asked / period)
+    error = record.pose_at(asked)[1][:, 1] - 10.0 * np.sin(2.0 * np.pi * asked / period)
     # A cubic spline between even readings errs by (ω Δ)⁴/384 of the amplitude (Hall 1968): 1.6e-6.
     assert np.max(np.abs(error)) < 1.1 * 10.0 * (2.0 * np.pi / period * step) ** 4 / 384.0
     # Second differences do not jump where it passes a reading.
     near = 3.0 + np.array([-2e-3, -1e-3, 0.0, 1e-3, 2e-3])
-    bend = np.diff(record.at(near)[1][:, 1], n=2) / 1e-6
+    bend = np.diff(record.pose_at(near)[1][:, 1], n=2) / 1e-6
     assert np.ptp(bend) < 10.0 * (2.0 * np.pi / period) ** 3 * 4e-3  # as it changes anyway
 
 
 def test_beyond_the_record_it_is_refused(tmp_path: Path) -> None:
     record = read(tmp_path, "time_s,roll_deg\n0,1\n0.5,2\n1,3\n")
-    _, attitude = record.at([-0.4, 1.4])  # a turn hears the sea beside it: so far the boat keeps its rates
+    _, attitude = record.pose_at([-0.4, 1.4])  # a turn hears the sea beside it: so far the boat keeps its rates
     np.testing.assert_allclose(attitude[:, 0], [0.2, 3.8], rtol=1e-12)
     for time in (-0.6, 1.6, np.nan):
         with pytest.raises(InputError) as caught:
-            record.at([0.5, time])
+            record.pose_at([0.5, time])
         line = str(caught.value)
         assert "0 to 1 s" in line
         assert f"{time:.10g} s was asked for" in line

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.errors import InputError
-from seamap_rt.io.declared import conversion, to_unit
+from seamap_rt.io.declared import conversion_factor, to_unit
 from validation.fuzz import declarations as fuzz
 
 TABLES = {
@@ -28,7 +28,7 @@ NONE = (*fuzz.NO_UNITS, "", " ", "nm", "degrees_north", "mhz", "m 2", "m//s", "(
 @pytest.mark.parametrize("unit", TABLES)
 def test_every_spelling_has_its_size(unit: str) -> None:
     for spelling, size in TABLES[unit].items():
-        assert conversion(spelling, unit) == pytest.approx(size, rel=1e-12), spelling
+        assert conversion_factor(spelling, unit) == pytest.approx(size, rel=1e-12), spelling
 
 
 @pytest.mark.parametrize("unit", TABLES)
@@ -36,15 +36,15 @@ def test_what_is_of_another_kind_has_none(unit: str) -> None:
     """Of two kinds nothing is the other, but frequencies and rates of turning, which 2π parts."""
     for kind, table in TABLES.items():
         for spelling in table if {kind, unit} != {"Hz", "rad/s"} and kind != unit else ():
-            assert conversion(spelling, unit) is None, spelling
+            assert conversion_factor(spelling, unit) is None, spelling
     for spelling in (each for each in NONE if each not in TABLES[unit] and each.strip() not in TABLES[unit]):
-        assert conversion(spelling, unit) is None, spelling
+        assert conversion_factor(spelling, unit) is None, spelling
 
 
 def test_hostile_words_are_answered_at_once() -> None:
     begun = time.process_time()
     for text in ("(" * 10_000, "m " * 40, "9" * 80 + " m", "m^9 " * 20, "/".join("m" * 40), "e" * 79, " " * 79):
-        assert conversion(text, "m") is None, text
+        assert conversion_factor(text, "m") is None, text
     assert time.process_time() - begun < 0.5
 
 

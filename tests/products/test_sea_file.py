@@ -17,8 +17,8 @@ from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import check
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
-from seamap_rt.products.camera import Camera, facets_under
-from seamap_rt.products.sampling import square
+from seamap_rt.products.camera import Camera, locate_facets
+from seamap_rt.products.sampling import square_points
 from seamap_rt.products.statistics import chance_of_height, requested_height
 from seamap_rt.products.writing import ROUNDING, SeaProducts, write_sea
 from seamap_rt.radar.installation import Installation
@@ -125,7 +125,7 @@ def test_whole_patch_has_the_height_that_was_asked_for(tmp_path: Path) -> None:
 def test_chance_of_the_height_is_that_of_many_realisations() -> None:
     """50 realisations tell a standard deviation to 10 %, three of which are 30 %."""
     made = scene(sea__resolution_m=4.0)
-    places = square(made, 128.0, 4.0)
+    places = square_points(made, 128.0, 4.0)
     heights = [4.0 * realize(made.sea, seed).elevation(places, places[:, None], 0.0).std() for seed in range(50)]
     assert_allclose(np.std(heights), chance_of_height(realize(made.sea, 0)), rtol=0.3)
 
@@ -260,7 +260,7 @@ def test_snapshot_does_not_know_how_fast_the_antenna_turns() -> None:
     seen = []
     for rpm in (60.0, 24.0):
         made = scene(radar__rotation_rpm=rpm)
-        seen.append(camera_of(made, square(made)).moment(3.0))
+        seen.append(camera_of(made, square_points(made)).moment(3.0))
     xr.testing.assert_equal(seen[0], seen[1])
 
 
@@ -286,7 +286,7 @@ def test_places_find_their_facets() -> None:
     azimuth, ground = random.uniform(350.5, 369.5, 300), random.uniform(5.0, 19.0, 300)
     east, north = unit_from_azimuth(azimuth)
     x, y = ground * east, ground * north
-    inside, column, facet = facets_under(grid, made.radar, x, y)
+    inside, column, facet = locate_facets(grid, made.radar, x, y)
     assert inside.all()
     number = column * 2 * (grid.ground_range.size - 1) + facet
     for place, found in zip(np.stack((x, y), axis=1), number, strict=True):
@@ -306,7 +306,7 @@ def test_drowned_antennas_see_nothing() -> None:
             elevation, velocity = super().elevation_and_velocity(x, y, t)
             return elevation + 2.0 * np.exp(-((x**2 + y**2) / 0.6**2)), velocity
 
-    places = square(made, 50.0, 1.0)
+    places = square_points(made, 50.0, 1.0)
     dry = camera_of(made, places).moment(0.0)["visible"].values
     wet = camera_of(made, places, Spiked(flat.trains, flat.surface, flat.resolved)).moment(0.0)["visible"].values
     assert_array_equal(np.unique(dry), [-1, 2])

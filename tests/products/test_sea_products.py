@@ -17,7 +17,7 @@ from sea_products import DRAWINGS, PNG, scene, written
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError, NoBackendError
 from seamap_rt.products import writing
-from seamap_rt.products.sampling import square, times_of
+from seamap_rt.products.sampling import square_points, times_of
 from seamap_rt.products.writing import directional_spectrum
 from seamap_rt.report import style
 from seamap_rt.scene import Scene, load_scene
@@ -119,13 +119,13 @@ def test_times_that_are_none_are_refused(text: str, words: str) -> None:
 
 
 def test_default_square_is_the_range_circle_at_what_is_resolved() -> None:
-    places = square(scene())
+    places = square_points(scene())
     assert_allclose(places[1] - places[0], 1.6, rtol=0.02)  # a whole number of points fills the side
     assert_allclose(places[-1] - places[0] + places[1] - places[0], 60.0)
     assert_allclose(places, -places[::-1], atol=1e-12)
     wide = load_scene("choppy_sea")
-    assert_allclose(np.diff(square(wide)), 800.0 / 512.0)
-    assert square(load_scene("long_crested_swell", overrides={"sea.extent_m": 200.0}))[-1] < 100.0
+    assert_allclose(np.diff(square_points(wide)), 800.0 / 512.0)
+    assert square_points(load_scene("long_crested_swell", overrides={"sea.extent_m": 200.0}))[-1] < 100.0
 
 
 @pytest.fixture

@@ -52,7 +52,7 @@ def test_the_finest_spacing_is_the_steepest_systems() -> None:
         (sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)), {}, "wave_from_deg to 270"),
         (sea_of(sinusoid(wavelength_m=21.0, wave_from_deg=270.0)), {}, "whole number of times"),
         (sea_of(jonswap()), {"order": 6}, "--order = 6"),
-        (sea_of(jonswap()), {"asked": 40.0}, "--spacing = 40"),
+        (sea_of(jonswap()), {"requested": 40.0}, "--spacing = 40"),
     ],
 )
 def test_seas_that_cannot_be_are_refused(settings: SeaSettings, options: dict, said: str) -> None:

@@ -13,7 +13,7 @@ from recorded_files import BEFORE, FRAMES, SIDE_M, STEP_S, dataset_of, drawn, dr
 
 from seamap_rt.errors import InputError
 from seamap_rt.io.recorded_sea import recorded_sea
-from seamap_rt.io.sea_grid import filled, half_width
+from seamap_rt.io.sea_grid import fill_gaps, half_width
 from seamap_rt.scene import Scene
 from seamap_rt.scene.model import scene_of
 from seamap_rt.sea import Sea, realize, wave_facts
@@ -287,7 +287,7 @@ def test_what_is_filled_in_errs_as_stated(data: xr.Dataset, tmp_path: Path) -> N
         errors: dict[str, list[np.ndarray]] = {"strip": [], "disc": []}
         for frame in data["elevation"].values[5::12].astype(float):
             for name, gap in (("strip", strip), ("disc", disc)):
-                errors[name].append((filled(np.where(gap, np.nan, frame), gap) - frame)[middles])
+                errors[name].append((fill_gaps(np.where(gap, np.nan, frame), gap) - frame)[middles])
         of_strip, of_disc = (rms(np.array(each)) for each in errors.values())
         assert 0.7 * stated < of_strip < 1.2 * stated  # eighty middles
         assert of_disc < of_strip

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from seamap_rt.errors import is_interruption
-from seamap_rt.io.process import Progress, silent, uninterrupted
+from seamap_rt.io.process import Progress, hold_interruptions, ignore_progress
 from seamap_rt.io.results_folder import clear_folder, results_folder, write_whole
 from seamap_rt.report import style
 
@@ -40,7 +40,7 @@ def validate(
     Interrupted, the page of the finished cases is written before KeyboardInterrupt is raised. Raises InputError for a
     folder that cannot be written or holds another run's results, and for unknown names.
     """
-    folder, say, start = Path(out), progress or silent, time.perf_counter()
+    folder, say, start = Path(out), progress or ignore_progress, time.perf_counter()
     home = cases or cases_folder()
     selected = select_cases(load_cases(home, only), full, only)
     with results_folder(folder, overwrite, PRODUCTS):
@@ -51,7 +51,7 @@ def validate(
             for number, case in enumerate(selected):
                 say(f"case {number + 1} of {len(selected)}: {case.title}")
                 ended = _run(case, full)
-                with uninterrupted():  # so that the page and the list of finished cases agree
+                with hold_interruptions():  # so that the page and the list of finished cases agree
                     done.append(ended)
                     result = ValidationResult(folder, tuple(done), len(selected), time.perf_counter() - start)
                     _write(result, environment, full)  # after each case, so that nothing is lost if the process ends

@@ -36,7 +36,7 @@ class LowPass:
     rate: float  # 1/s, how often it acts in full
 
     def share_left(self, band: Band, step: float) -> NDArray[np.float64]:
-        """Of each wave's amplitude after a step of so many seconds."""
+        """Share of each wave's amplitude that is left after a step of so many seconds."""
         with np.errstate(over="ignore", under="ignore"):
             steep = (np.sqrt(band.square) / self.cut_off) ** SHARPNESS
             return np.exp(-self.rate * step * np.minimum(steep, 1e3))
@@ -108,7 +108,7 @@ class Evolution:
         return 0.5 * (potential + band.mean_product(state.potential, rising))
 
     def _share(self, time: float) -> float:
-        """Of the nonlinear rates that act."""
+        """Share of the nonlinear rates that act."""
         if self.relaxing <= 0.0:
             return 1.0
         return -float(np.expm1(-(max(0.0, (time - self.relaxed_from) / self.relaxing) ** RELAXING_POWER)))

@@ -63,7 +63,7 @@ class LinearStart:
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """Of the rectangle along x and y, m."""
+        """Lengths of the rectangle along x and y, m."""
         longest = max((train.lattice.length for train in self.sea.trains if isinstance(train, LineTrain)), default=0.0)
         length = max(self.extent, longest)
         return length, length
@@ -127,13 +127,13 @@ def _indices(train: RegularTrain, lengths: tuple[float, float]) -> tuple[int, in
 
 
 def peaks(settings: SeaSettings) -> list[WaveFacts]:
-    """Of every wave system that has waves."""
+    """Peaks of every wave system that has waves."""
     return [facts for waves in settings.waves if (facts := wave_facts(waves, settings.depth_m)) is not None]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene's nonlinear sea of an order 1 … 5 on points `asked` metres apart (None: as far as breaking lets waves
+    """A scene's nonlinear sea of an order 1 … 5 on points `requested` metres apart (None: as far as breaking lets waves
     live, 8 wavenumbers of the steepest system's peak, or the scene's own resolution where that is coarser).
 
     settings: of the sea. sea: its linear waves. Raises InputError for an order, a spacing or waves that cannot be.
@@ -142,17 +142,17 @@ class Plan:
     settings: SeaSettings
     sea: Sea
     order: int = 3
-    asked: float | None = None
+    requested: float | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.order <= HIGHEST_ORDER:
             raise InputError(f"--order = {self.order}: must be 1 to {HIGHEST_ORDER}; 3 holds what seas of waves do")
         length = max(self.start.lengths)
         widest = 0.5 * length / _FEWEST_WAVES
-        if self.asked is not None and not 0.0 < self.asked <= widest:
+        if self.requested is not None and not 0.0 < self.requested <= widest:
             raise InputError(
-                f"--spacing = {self.asked:g}: must be above 0 and at most {widest:.4g} (it is half the shortest wave, "
-                f"and the patch of {length:g} m must carry {_FEWEST_WAVES} of different length); choose it so"
+                f"--spacing = {self.requested:g}: must be above 0 and at most {widest:.4g} (it is half the shortest "
+                f"wave, and the patch of {length:g} m must carry {_FEWEST_WAVES} of different length); choose it so"
             )
 
     @cached_property
@@ -173,8 +173,8 @@ class Plan:
     @cached_property
     def spacing(self) -> float:
         """Half the shortest wave, m."""
-        if self.asked is not None:
-            return self.asked
+        if self.requested is not None:
+            return self.requested
         widest = 0.5 * max(self.start.lengths) / _FEWEST_WAVES
         return min(widest, max(resolution(self.settings), math.pi / (CUT_OFF * self.steepest.wavenumber)))
 

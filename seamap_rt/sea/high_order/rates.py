@@ -53,7 +53,7 @@ class Band:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of an array of waves."""
+        """Shape of an array of waves."""
         return 2 * self.most_y + 1, self.most_x + 1
 
     @cached_property
