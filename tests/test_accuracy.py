@@ -31,8 +31,9 @@ def turn(noise: bool, polarization: str = "VV") -> Turn:
 
 @lru_cache(maxsize=2)
 def turns_of(polarization: str, seed: int) -> tuple[Turn, Turn]:
-    """Without noise and with it; that it is the simulation's own is a law of `test_modes_and_riding`."""
+    """Without noise and with it, by straight rays; the simulation's own is a law of `test_modes_and_riding`."""
     changes = {"radar.noise": False, "radar.sector_deg": SECTOR[polarization], "tracing.tracer": "horizon"}
+    changes |= {"tracing.diffraction": "none", "scattering.sea_spikes": False}
     changes |= {"scattering.polarization": polarization, "seed": seed}
     simulator = Simulator(load_scene("choppy_sea", changes))
     quiet = simulator.turn(0)
@@ -105,6 +106,28 @@ def test_the_stated_error_holds() -> None:
             shares[noise, seed] = np.mean(np.abs(ratio) < 1.96)
     np.testing.assert_allclose(ratios.mean(axis=1), 1.0, rtol=0.0, atol=0.1)
     np.testing.assert_allclose(shares.mean(axis=1), 0.945, rtol=0.0, atol=0.025)
+
+
+@pytest.mark.parametrize("mast", [3.5, 9.0])
+def test_the_stated_error_holds_where_crests_turn_the_phase(mast: float) -> None:
+    """By knife edges, with noise, in a sea and from masts on which nothing was set. A turn's ratio scatters by 0.1 and
+    its share by 2 %, the means of three by 0.06 and 1.2 %; without what bars hold of it 84 % lie within, from 3.5 m."""
+    ratios, shares, bare = [], [], []
+    for seed in range(31, 34):
+        changes = {"radar.height_m": mast, "radar.sector_deg": [225.0, 315.0], "tracing.tracer": "horizon", "seed": seed}
+        made = Simulator(load_scene("choppy_sea", changes | {"sea.waves": [system(1.0, 4.8)]})).turn(0)
+        true = made.truth["polar"].to_dataset()
+        for error, found in ((None, shares), (0.0, bare)):
+            got = retrieve(made.echoes, {} if error is None else {"diffraction_mrad": error})["polar"].to_dataset()
+            ratio = ((got["height"] - true["height"]) / got["height_std"]).where(true["visible_fraction"] > 0.5)
+            ratio = ratio.where((got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1])).values
+            ratio = ratio[np.isfinite(ratio)]
+            found.append(np.mean(np.abs(ratio) < 1.96))
+            if error is None:
+                ratios.append(1.4826 * np.median(np.abs(ratio - np.median(ratio))))
+    np.testing.assert_allclose(np.mean(ratios), 1.0, rtol=0.0, atol=0.15)
+    np.testing.assert_allclose(np.mean(shares), 0.94, rtol=0.0, atol=0.03)
+    assert np.mean(bare) < np.mean(shares) - 0.03
 
 
 def system(height: float, period: float, toward: float = 270.0, exponent: float = 10.0) -> dict[str, Any]:

@@ -168,6 +168,7 @@ def maps(made: Scene, surface: Any = None) -> tuple[Any, ...]:
 def test_predicted_errors_are_those_of_a_wind_sea() -> None:
     """Twelve degrees up the waves, against a mesh of a sixth of the rungs and four times the columns: within 1.5."""
     keys = {"radar__sector_deg": [264.0, 276.0], "radar__range_m": [15.0, 250.0], "tracing__tracer": "horizon"}
+    keys |= {"scattering__sea_spikes": False, "tracing__diffraction": "none"}
     coarse = scene(**keys, tracing__facet_m=0.8, tracing__columns_per_beam=4)
     echoes, visible, surface = maps(coarse)
     finer, seen, _ = maps(scene(**keys, tracing__facet_m=0.13, tracing__columns_per_beam=16), surface)

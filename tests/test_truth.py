@@ -38,7 +38,7 @@ def scene_of(waves: dict, **sections) -> Scene:
             "turns": 2,
             "sea": {"waves": [waves]},
             "scattering": {"nrcs": "constant", "nrcs_db": -35.0},
-            "tracing": sections.pop("tracing", {"tracer": "horizon"}),
+            "tracing": {"diffraction": "none", **sections.pop("tracing", {"tracer": "horizon"})},
             "radar": {
                 "noise": False,
                 "sector_deg": (30.0, 60.0),

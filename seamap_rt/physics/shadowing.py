@@ -163,7 +163,7 @@ def earth_drop_m(ground_range_m: float) -> float:
     return ground_range_m**2 / (REFRACTED_RADIUS + float(np.hypot(REFRACTED_RADIUS, ground_range_m)))
 
 
-_ARRIVAL_MRAD, _AT_M = {"VV": 1.3, "HH": 1.9}, 0.03
+_ARRIVAL_MRAD, _AT_M = {"VV": 1.0, "HH": 1.5}, 0.03
 
 
 def arrival_error_mrad(polarization: str, wavelength_m: float) -> float:

@@ -198,7 +198,7 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
         Curve(f"to a radar, {each['sees']} {seen:g} dB", range_m, reduce.series(each["by_range"]), hue, ":", 1.2)
         for each, hue in zip(shown, (style.BLACK, style.GREY), strict=False)
     ]
-    if scene.tracing.diffraction != "none":
+    if "illumination" in truth["polar"]:
         lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
         drawn.append(Curve("power, with diffraction", ground, lit, style.SKY, ":", 1.5))
     slope = reduce.number(metrics.get("slope_rms_look"))

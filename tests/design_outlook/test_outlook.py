@@ -314,8 +314,9 @@ def test_a_sector_counts_its_own_looks() -> None:
 
 
 def test_it_says_what_it_does_not_know() -> None:
-    assert sr.outlook("harbour").attrs["left_out"] == "objects and the boat's own structure"
-    assert sr.outlook(CHOPPY).attrs["left_out"] == ""
+    assert sr.outlook("harbour").attrs["left_out"] == "objects and the boat's own structure, diffraction"
+    assert sr.outlook(CHOPPY).attrs["left_out"] == "diffraction"
+    assert sr.outlook(scene(tracing__diffraction="none")).attrs["left_out"] == ""
 
 
 @pytest.mark.parametrize(

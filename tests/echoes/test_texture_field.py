@@ -93,7 +93,8 @@ def test_a_patch_is_the_same_in_whichever_part_of_a_turn_it_is_met() -> None:
 
 def test_the_surface_takes_it_on_breakers_alone_and_the_expectation_does_not() -> None:
     keys = {
-        "tracing.tracer": "horizon", "scattering.texture": True, "radar.range_m": [15.0, 90.0],
+        "tracing.tracer": "horizon", "scattering.texture": True, "scattering.sea_spikes": False,
+        "radar.range_m": [15.0, 90.0],
         "radar.sector_deg": [250.0, 280.0], "sea.extent_m": 260.0, "sea.resolution_m": 2.0,
     }  # fmt: skip
     scene = load_scene("choppy_sea", keys)

@@ -23,13 +23,12 @@ SCENES = {
             "radar.sector_deg": [250.0, 270.0],
             "tracing.tracer": "horizon",
             "tracing.unresolved_shadowing": "smith",
-            "scattering.sea_spikes": True,
             "scattering.texture": True,
         },
     ),
     "a leaning boat, light over edges": (
         "rough_ride",
-        {"radar.sector_deg": [250.0, 265.0], "tracing.diffraction": "knife_edge"},
+        {"radar.sector_deg": [250.0, 265.0]},
     ),
     "objects": ("harbour", {"radar.sector_deg": [20.0, 50.0], "tracing.tracer": "horizon"}),
     "water alone moves": (
@@ -79,6 +78,7 @@ def test_a_part_is_levelled_as_the_whole_is() -> None:
 
 
 PARTS = 20
+STRAIGHT = {"tracing.diffraction": "none", "scattering.sea_spikes": False}
 WHILE_WORKED_ON = 80.0  # bytes for each facet of a part: planes, rays, cross-sections and what they are made of
 
 
@@ -86,7 +86,7 @@ def fine(tracer: str) -> Simulator:
     """Of a scene of 0.6 million facets, with all that is made and compiled once."""
     mesh = {"tracing.facet_m": 0.4, "tracing.columns_per_beam": 8}
     simulator = Simulator(
-        load_scene("choppy_sea", {"radar.sector_deg": [240.0, 300.0], "tracing.tracer": tracer, **mesh})
+        load_scene("choppy_sea", {"radar.sector_deg": [240.0, 300.0], "tracing.tracer": tracer, **mesh, **STRAIGHT})
     )
     simulator.turn(0)  # a compiler takes memory too
     return simulator

@@ -72,12 +72,15 @@ def test_what_a_chart_says_is_carried_too() -> None:
 
 
 def test_a_retrieval_goes_by_what_is_given_else_by_what_is_carried_else_by_the_defaults() -> None:
-    scene, echoes = scatterers(estimator="single_cell", cell_range_m=6.0)
+    scene, echoes = scatterers(estimator="single_cell", cell_range_m=6.0, diffraction_mrad=0.5)
     carried = sr.retrieve(echoes)
     xr.testing.assert_identical(carried, sr.retrieve(echoes, scene.resolved_retrieval))
-    assert carried["polar"].attrs["retrieval"] == '{"cell_range_m": 6.0, "estimator": "single_cell"}'
+    assert (
+        carried["polar"].attrs["retrieval"]
+        == '{"cell_range_m": 6.0, "estimator": "single_cell", "diffraction_mrad": 0.5}'
+    )
     finer = sr.retrieve(echoes, {"cell_range_m": 3.0})["polar"]
-    assert finer.attrs["retrieval"] == '{"estimator": "single_cell"}'
+    assert finer.attrs["retrieval"] == '{"estimator": "single_cell", "diffraction_mrad": 0.5}'
     assert not finer.to_dataset()["height"].equals(carried["polar"].to_dataset()["height"])
     bare = echoes.drop_attrs().assign_attrs({name: v for name, v in echoes.attrs.items() if name != "retrieval"})
     for all_default in (sr.retrieve(bare), sr.retrieve(echoes, RetrievalSettings())):

@@ -23,6 +23,7 @@ from seamap_rt.wavefield.sea_state import in_words
 @cache
 def turn() -> Turn:
     keys = {"radar.sector_deg": [200.0, 340.0], "radar.range_m": [15.0, 110.0], "tracing.tracer": "horizon"}
+    keys |= {"tracing.diffraction": "none"}
     return Simulator(load_scene("choppy_sea", keys)).turn(0)
 
 

@@ -39,6 +39,7 @@ CASES = {
 
 def level(keys: dict[str, Any], facet: float | None = None) -> Scene:
     fixed = {"radar.sector_deg": [0.0, 3.6], "tracing.tracer": "horizon", "radar.noise": False}
+    fixed |= {"scattering.sea_spikes": False}
     return load_scene("flat", {**fixed, **keys, **({} if facet is None else {"tracing.facet_m": facet})})
 
 

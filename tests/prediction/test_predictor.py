@@ -20,7 +20,7 @@ SHOWN = ("height", "height_std", "dwell_height", "dwell_height_std", "radial_vel
 @pytest.fixture(scope="module")
 def polar() -> xr.Dataset:
     """Maps of eight turns of the tiny scene."""
-    scene = sr.load_scene("tiny", {"turns": TURNS, "tracing.tracer": "horizon"})
+    scene = sr.load_scene("tiny", {"turns": TURNS, "tracing.tracer": "horizon", "tracing.diffraction": "none"})
     return sr.retrieve(sr.simulate(scene).echoes, scene.resolved_retrieval)["polar"].to_dataset()
 
 

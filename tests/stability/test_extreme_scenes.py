@@ -73,7 +73,8 @@ def test_1_cm_above_a_crest_nothing_is_seen_of_its_back(name: str) -> None:
 @pytest.mark.parametrize("name", TRACERS)
 def test_without_a_facet_lit_there_is_noise_alone(name: str, noise: bool) -> None:
     """Voltages are 0, or the receiver's noise to the fourth decimal of its power; the map says no echo everywhere."""
-    made = on_the_crest(0.01, radar__noise=noise, tracing__tracer=name, retrieval__min_snr_db=10.0)
+    keys = {"tracing__diffraction": "none", "retrieval__min_snr_db": 10.0}
+    made = on_the_crest(0.01, radar__noise=noise, tracing__tracer=name, **keys)
     simulation = simulate(made)
     volts = simulation.echoes["voltage"].values
     assert np.isfinite(volts).all()

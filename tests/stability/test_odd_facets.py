@@ -37,7 +37,9 @@ def ramp(tip: float) -> Height:
 def test_facets_along_the_ray_echo_next_to_nothing(tip: float) -> None:
     """Under a grazing angle that is rounding alone, theory is asked for its limit: finite, and nothing beside the sea
     in front of the wall, which is seen under 14°."""
-    made = scene(radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0], tracing__facet_m=0.5)
+    made = scene(
+        radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0], tracing__facet_m=0.5, scattering__sea_spikes=False
+    )
     simulator = Simulator(made)
     facets, returns, _ = simulator.light(0, mesh=rings(ramp(tip), made))
     assert np.isfinite(returns.rcs).all()

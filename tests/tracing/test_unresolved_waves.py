@@ -268,6 +268,7 @@ def test_the_mean_echo_stays_where_small_waves_hide() -> None:
         "scattering.nrcs": "nrl",
         "radar.range_m": [15.0, 150.0],
         "sea.extent_m": 400.0,
+        "tracing.diffraction": "none",
     }
     power = []
     for shadows in ({}, SMITH):

@@ -40,7 +40,7 @@ def crest(_: Effort) -> list[Finding]:
     """1 cm above a crest nothing of its back is seen; just below it is refused."""
     rows = []
     for name in TRACERS:
-        made = on_the_crest(0.01, radar__noise=False, tracing__tracer=name)
+        made = on_the_crest(0.01, radar__noise=False, tracing__tracer=name, tracing__diffraction="none")
         turn = Simulator(made).turn(0)
         heard = bool(turn.echoes["voltage"].values.any())
         polar = sr.retrieve(turn.echoes, made.retrieval)["polar"].to_dataset()
@@ -49,7 +49,7 @@ def crest(_: Effort) -> list[Finding]:
         rows.append(
             Finding(
                 f"no facet lit: antenna 1 cm above a crest, {name}",
-                "no echo at all without noise, every cell NaN and flagged no_echo",
+                "by straight rays no echo at all without noise, every cell NaN and flagged no_echo",
                 f"{'an' if heard else 'no'} echo, {known} heights, {'all' if flagged else 'not all'} flagged",
                 not heard and known == 0 and flagged,
             )
