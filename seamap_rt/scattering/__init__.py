@@ -13,8 +13,8 @@ Settings (`[scattering]`):
                     orbital: they move with it
     permittivity    meissner_wentz12, meissner_wentz04, klein_swift77
     tracing.diffraction
-                    none: geometric shadows; knife_edge: the field over up to two crests, with its phase, at each facet
-                    and antenna (`seamap_rt.tracing`)
+                    knife_edge: the field over up to two crests, with its phase, at each facet and antenna; none:
+                    geometric shadows (`seamap_rt.tracing`)
 
 Theory, with no constant tuned here:
 

@@ -9,14 +9,14 @@ Three tracers, which must agree where all apply (`tracing.tracer`):
     paths     a line of sight to every facet by Sionna RT's PathSolver, made deterministic. An independent reference,
               for boats at rest: a leaning mast costs a call a column.
 
-Shadows are geometric unless `tracing.diffraction = "knife_edge"`: then each facet and antenna has the field over up to
-two crests, taken for black straight edges, with its phase.
+Each facet and antenna has the field over up to two crests, taken for black straight edges, with its phase
+(`diffraction`): with `tracing.diffraction = "none"` shadows are geometric.
 
 Whichever tracer lit it, with `tracing.unresolved_shadowing = "smith"` the waves that the mesh does not carry hide a
 share of each lit facet (`unresolved_waves`).
 
-`bounces.path_echo` asks the PathSolver for diffuse and mirror paths of one, two and three bounces, with rays only
-towards the sector. It shows what a second bounce would add; the simulated echoes have one.
+`validation.light.path_echo` asks the PathSolver for diffuse and mirror paths of one, two and three bounces, with rays
+only towards the sector. It shows what a second bounce would add; the simulated echoes have one.
 
 Objects (`[[objects]]`) hide the sea and, with `rcs_dbsm`, echo; they are fixed to the world or to the boat.
 

@@ -17,6 +17,9 @@ roundness is known.
 
 The last leg of a dark facet's ray comes from the edge, steeper than the straight ray would: facets that lean away from
 the antenna may face it. Those that lean away from their own ray stay dark.
+
+Edges are those of the profile along the middle of a column, corner by corner of its rungs. Planes of facets, which
+cut short waves that run across the look, lie by turns too high and too low, and would be edges that no water has.
 """
 
 from __future__ import annotations

@@ -79,6 +79,7 @@ SHIP: dict[str, Any] = {
     "radar.antenna.elevation_beamwidth_deg": 20.0,
     "radar.antenna.width_m": 1.98,
     "tracing.tracer": "horizon",
+    "tracing.diffraction": "none",  # from 25 m
     "tracing.height_error_m": 0.2,
     "retrieval.cell_range_m": 7.5,  # not used, but checked
 }
