@@ -6,14 +6,18 @@ One turn of `choppy_sea`, meshed as by default; all engines in one run, interlea
 
 1. Power. PathSolver launches its rays over the whole sphere. How many does it need until the echo power of a Lambertian
    sea has 10 % error (rms) in cells of 3 m and 1.8° at 200 m that are more than half lit, and how many for the error
-   that the tracers have? And how many seconds are that, beside tracers `facets` and `horizon` with the sum of the radar
+   that the tracers have? And how many seconds are that, beside tracers `facets` and `horizon`, and a march of the
+   profiles in plain NumPy, with the sum of the radar
    equation over what they light: the power in every cell of the turn at one antenna. Errors are against 64 points a
    facet, each with a shadow ray of its own, and so are those of the tracers' one point a facet. PathSolver's seconds
    are without the scene's tree; those of `facets` without it (its ray stage) and with it.
 2. Rays a second, and by how many answers engines differ: the package's rays traced by the package, of Mitsuba's
    `ray_test` with all arrays on the device (the floor), of Embree by trimesh (`pip install embreex`), of trimesh's own
-   engine on a few rays of a narrow sector (`pip install rtree`); and the horizon in float64.
+   engine on a few rays of a narrow sector (`pip install rtree`); and the horizon in float64, compiled and in NumPy.
 3. The tree (BVH): the package's update compared with a bare Mitsuba scene of all triangles.
+
+Whoever knows a faster way for a rival is asked to mend it: `peers_rays.py` and `peers_power.py` hold a few lines each.
+RadarSimPy has no wheel for Linux on the index, and so no row.
 """
 
 from __future__ import annotations
@@ -30,7 +34,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from seamap_rt.compute.machine import peak_memory
-from seamap_rt.report.style import BLUE, GREEN, GREY, SKY, VERMILION, graph, new_figure, place, png, styled
+from seamap_rt.report.style import BLACK, BLUE, GREEN, GREY, SKY, VERMILION, graph, new_figure, place, png, styled
 
 from .. import FIGURES
 from .peers_power import (
@@ -147,7 +151,9 @@ def _draw_seconds(axes: Axes, power: Power) -> None:
     least = min(error for error, _ in power.tracers.values())
     at = seconds_of(power, rays_needed(power, least))
     axes.loglog([spent[-1], at], [error[-1], 100.0 * least], "--", color=VERMILION, linewidth=0.8)
-    for n, ((name, (miss, takes)), colour) in enumerate(zip(power.tracers.items(), (SKY, BLUE, GREEN), strict=True)):
+    for n, ((name, (miss, takes)), colour) in enumerate(
+        zip(power.tracers.items(), (SKY, BLUE, GREEN, BLACK), strict=True)
+    ):
         axes.loglog(takes, 100.0 * miss, "s", color=colour, markersize=4, label=name)
         times = f"{seconds_of(power, rays_needed(power, miss)) / takes:.0f} ×"
         axes.annotate(times, (takes, 100.0 * miss), (-4, 13 if n == 0 else 5), textcoords="offset points", fontsize=6)

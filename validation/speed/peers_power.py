@@ -19,6 +19,7 @@ from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
 
 from ..light.path_echo import Body, lambertian_power
+from .peers_rays import numpy_march
 from .peers_turn import Array, Case, Floor, OneSheet, interleaved
 
 CELL_M, CELL_DEG = 3.0, 1.8
@@ -166,6 +167,7 @@ def tracers_of(case: Case, cells: Cells) -> dict[str, Callable[[], Array]]:
         "facets' ray stage": stage,
         "facets, tree and rays": lambda: power(facets(case.mesh).lit),
         "horizon": lambda: power(horizon(case.mesh).lit),
+        "NumPy march": lambda: power(numpy_march(case)),
     }
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
 
@@ -45,6 +46,28 @@ class Row:
     off_edge: int  # of them further than one facet from a shadow's edge
 
 
+def numpy_march(case: Case) -> NDArray[np.bool_]:
+    """(antenna, column, facet) light by plain NumPy: all profiles of the mesh are marched outward side by side, and a
+    facet is lit that stands steeper than all before it, as by the package's horizon."""
+    grid, facets = case.mesh.grid, case.facets
+    lit = np.zeros((grid.antenna_positions.shape[1], *facets.height.shape), dtype=bool)
+    for first, fraction in enumerate((NEAR_FRACTION, FAR_FRACTION)):
+        plane = profile(case.mesh.elevation, grid, fraction)
+        for antenna in range(len(lit)):
+            along = grid.antenna_positions[:, antenna, 0]
+            above = grid.column_height[:, 0] + grid.antenna_positions[:, antenna, 2]
+            highest = np.full(grid.columns, -np.inf)
+            for rung in range(plane.diagonal_distance.size):
+                corner = (plane.rung_height[:, rung] - above) / (plane.rung_distance[rung] - along)
+                diagonal = (plane.diagonal_height[:, rung] - above) / (plane.diagonal_distance[rung] - along)
+                highest = np.maximum(highest, corner)
+                beyond, facet = np.maximum(highest, diagonal), 2 * rung + first
+                own = (facets.height[:, facet] - above) / (facets.distance[facet] - along)
+                lit[antenna, :, facet] = own > (beyond if first else highest)
+                highest = beyond
+    return lit
+
+
 def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
     """The package, the floor and the horizon."""
     case, rays = sheet.case, sheet.rays
@@ -62,6 +85,7 @@ def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
         Engine("  in the package's scene", lambda: floor.test(on_device, sheet.scene.mi_scene), free, count),
         Engine(PACKAGE, sheet.stage, lambda lit: lit, count),
         Engine("package: horizon, float64", lambda: trace_horizon(case.mesh).lit, whole, count),
+        Engine("NumPy, marching outward", lambda: numpy_march(case), whole, count),
     ]
 
 
