@@ -17,7 +17,7 @@ One turn of `choppy_sea`, meshed as by default; all engines in one run, interlea
 3. The tree (BVH): the package's update compared with a bare Mitsuba scene of all triangles.
 
 Whoever knows a faster way for a rival is asked to mend it: `peers_rays.py` and `peers_power.py` hold a few lines each.
-RadarSimPy has no wheel for Linux on the index, and so no row.
+RadarSimPy is not on the package index, and so has no row.
 """
 
 from __future__ import annotations
