@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from seamap_rt.conventions import GRAVITY
 from seamap_rt.echoes.texture_field import TextureField
 from seamap_rt.mesh import Facets
 from seamap_rt.scattering import clutter_shape_watts_wicks90
@@ -46,6 +47,14 @@ def test_a_cell_as_large_as_the_longest_breaker_has_the_laws_shape(wind: float, 
     assert texture.share.sum() == pytest.approx(1.0)
     # The law's fall with the area: A^(5/8) is ℓ^(5/4), twofold in 2^(5/4).
     np.testing.assert_allclose(texture.share[:-1] / texture.share[1:], 2.0**1.25)
+
+
+@pytest.mark.parametrize("wind", WINDS)
+def test_a_patch_lives_a_period_and_runs_half_its_length_meanwhile(wind: float) -> None:
+    """As groups of waves of its length do: √(2πℓ/g), on deep water; surface tension shortens it at 3 m by 4e-6."""
+    texture = Texture.of(wind)
+    np.testing.assert_allclose(texture.life_s, np.sqrt(2.0 * np.pi * texture.size_m / GRAVITY), rtol=1e-4)
+    np.testing.assert_allclose(texture.speed_m_s * texture.life_s, 0.5 * texture.size_m, rtol=1e-4)
 
 
 @pytest.mark.parametrize("wind", WINDS)

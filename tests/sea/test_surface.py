@@ -72,6 +72,14 @@ def test_finer_resolution_keeps_the_waves_it_had():
     np.testing.assert_allclose(np.abs(same / coarse.amplitude), 1.0, atol=1e-2)
 
 
+@pytest.mark.parametrize("azimuth", [200.0, 285.0])
+def test_long_crests_slope_along_their_way_alone(azimuth):
+    facts = realize(sea_of(jonswap(spreading="long_crested", wave_from_deg=azimuth)), seed=1).resolved
+    slopes = facts.slope_std_east, facts.slope_std_north
+    way = np.abs([np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))])
+    np.testing.assert_allclose(slopes, np.sqrt(facts.mean_square_slope) * way, rtol=1e-9)
+
+
 @pytest.mark.parametrize("line", [False, True])
 def test_no_two_waves_share_their_random_numbers(line):
     lattice = Lattice(64.0, 1.0, np.inf, line)
