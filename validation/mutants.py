@@ -9,7 +9,7 @@ against the others of its package's folder.
 
     killed     a test fails that passes without it
     passed     the tests that import it pass, others are to come
-    survived   all pass: the mutant is equivalent, or a law is missing; --again judges it anew
+    survived   all pass: the mutant is equivalent, or a law is missing; --again survived judges these anew
     slow       the tests that import it took longer than the limit [s], and none had failed: not counted
 
 A survivor that changes no result gets its reason in the file's "equivalent" by hand: name of the mutant → reason.
@@ -266,7 +266,9 @@ def judge(bench: Bench, mutants: list[Mutant], made: dict[str, Any], again: list
     for step in range(2):
         for mutant in mutants:
             known, name, begin = outcomes.get(mutant.name, ""), mutant.name, time.perf_counter()
-            if step == 0 and (not known or (known in again and name not in made["equivalent"])):
+            if name in made["equivalent"] and known:
+                continue
+            if step == 0 and (not known or known in again):
                 how = bench.failed(mutant, tests_of(mutant)[0])
                 outcomes[name] = "passed" if not how else "slow" if how == "slow" else "killed"
             elif step == 1 and known == "passed":  # what these leave, others may find; they need not end in time
@@ -294,7 +296,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=float, default=60.0)
     parser.add_argument("--tree", type=Path)
-    parser.add_argument("--again", choices=("survived", "slow"), action="append", default=[])
+    parser.add_argument("--again", choices=("passed", "survived", "slow"), action="append", default=[])
     given = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the copy is left without a mutant
     empty = {"seed": given.seed, "seconds": 0.0, "outcomes": {}, "by": {}, "equivalent": {}}

@@ -100,6 +100,18 @@ def test_a_patch_is_the_same_in_whichever_part_of_a_turn_it_is_met() -> None:
     assert not np.allclose(field(seed=2).evaluate(square(3.0), np.full(1000, 0.05)), whole)
 
 
+@pytest.mark.parametrize(("azimuth", "start"), [(90.0, 0.0), (270.0, 796.0)])
+def test_a_place_has_one_texture_from_wherever_it_is_met(azimuth: float, start: float) -> None:
+    """A row of places from the west or from the east, and from the south as the square is."""
+    at = 4.0 * np.arange(200)
+    pose = SimpleNamespace(origin=np.array([[start, 0.0, 0.0]]), time=np.array([3.0]))
+    grid = SimpleNamespace(column_azimuth=np.array([azimuth]), column_pose=pose)
+    row = cast(Facets, SimpleNamespace(height=np.zeros((1, 200)), distance=at, grid=grid))
+    (met,) = field().evaluate(row, np.full(200, 0.05))
+    wanted = field().evaluate(square(3.0, side_m=800.0), np.full(200, 0.05))[:, 0]
+    np.testing.assert_allclose(met if azimuth == 90.0 else met[::-1], wanted, rtol=1e-4)
+
+
 def test_the_surface_takes_it_on_breakers_alone_and_the_expectation_does_not() -> None:
     keys = {
         "tracing.tracer": "horizon", "scattering.texture": True, "radar.range_m": [15.0, 90.0],
