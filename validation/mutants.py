@@ -189,9 +189,11 @@ class Bench:
         ) as ran:  # fmt: skip
             try:
                 text, _ = ran.communicate(timeout=limit_s)
-            except subprocess.TimeoutExpired:
+            except BaseException as error:
                 os.killpg(ran.pid, signal.SIGKILL)  # and what its tests started
-                return ["slow"]
+                if isinstance(error, subprocess.TimeoutExpired):
+                    return ["slow"]
+                raise
         if ran.returncode in (0, 5):
             return []
         found = re.findall(r"^(?:FAILED|ERROR) (\S.*?)(?: - .*)?$", text, re.MULTILINE)
