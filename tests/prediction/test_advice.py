@@ -236,6 +236,7 @@ def test_a_turn_waits_until_it_may_begin(field: WaveField) -> None:
     wide = turn_windows(field, BOAT, 0.0, 120.0, 3.0, {"roll": 80.0}, 12.0)
     assert wide.attrs["duration_s"] == 10.0
     assert float(countdown(wide)["lead"][0, 0]) == 0.0
+    assert float(wide["lead"][-1]) == 20.0  # the last turn that ends in the half minute ahead
     never = turn_windows(field, BOAT, 0.0, 120.0, 3.0, {"roll": 1e-3}, 12.0)
     assert np.isnan(countdown(never)["lead"][0, 0])
     assert float(countdown(never)["probability"][0, 0]) == 0.0
