@@ -57,7 +57,7 @@ def crest(at: NDArray[Any], radius_m: float) -> list[NDArray[np.float64]]:
 def test_a_round_crest_of_no_impedance_returns_the_field_over_its_edges() -> None:
     """Leontovich's, √(ε − 1)/ε, is 0 of ε = 1: in VV a round crest then returns what arrives, as a plane does, whose
     fourth power that is. In HH, of a conductor's current, its horizon returns more than a plane's."""
-    x = 5.0 + 0.5 * np.arange(290)
+    x = 5.0 + 0.5 * np.arange(290, dtype=np.float64)
     height = crest(x, 40.0)[0][None, :] - 2.0
     field = np.abs(field_over_profiles(x, height, WAVE)[0])
     powers = dict(zip(POLARIZATIONS, profile_powers(x, height, 1.0 + 0.0j, WAVE), strict=True))
