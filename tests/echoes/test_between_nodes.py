@@ -65,6 +65,13 @@ def test_what_does_not_change_needs_few_nodes() -> None:
     assert fast.stride == 1
 
 
+def test_what_is_new_at_each_pulse_has_a_node_there_and_is_that_node() -> None:
+    made = widest(lambda lag: np.where(lag == 0.0, 1.0, 0.0), PULSE_S, 1e-4, 64)
+    assert made.stride == 1
+    np.testing.assert_array_equal(made.weights, [[1.0]])
+    assert made.missed == 0.0
+
+
 def test_speeds_spread_evenly_are_missed_as_the_law_says() -> None:
     """A Gaussian beam that passes scatterers of speeds up to 400 Hz, pulse by pulse, at 360°/s."""
     gaussian = {"azimuth_beamwidth_deg": 1.8, "pattern": "gaussian"}

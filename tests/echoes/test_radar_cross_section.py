@@ -184,6 +184,8 @@ def test_scatterers_run_down_wind() -> None:
     np.testing.assert_allclose(motion.approaching[across].mean(), 0.5, atol=0.01)
     assert np.all(motion.breaker_speed[into] < 0.0)  # outward: they come
     assert np.all(motion.breaker_speed[along] > 0.0)
+    fastest = np.abs(motion.breaker_speed).max()  # into the wind, to half a column
+    np.testing.assert_allclose(motion.breaker_speed, -fastest * np.cos(np.radians(wind)), atol=1e-3 * fastest)
     # X band's Bragg waves, 1.5 cm long: √(g/k + T k/ρ)
     k = 4.0 * np.pi * 10e9 / 299_792_458.0
     np.testing.assert_allclose(motion.bragg_speed, np.sqrt(9.81 / k + 0.074 / 1025.0 * k), rtol=1e-9)

@@ -113,16 +113,25 @@ def test_an_object_just_outside_the_sector_is_heard_through_the_beams_edge(tmp_p
 
 
 @pytest.mark.parametrize(
-    "platform", [{}, {"platform__speed_m_s": 5.0}, {"platform__pitch_deg": 10.0, "platform__roll_deg": 10.0}]
+    ("platform", "bearing", "sector"),
+    [
+        ({}, 0.0, [110.0, 130.0]),
+        ({"platform__speed_m_s": 5.0}, 0.0, [110.0, 130.0]),
+        ({"platform__pitch_deg": 10.0, "platform__roll_deg": 10.0}, 0.0, [110.0, 130.0]),
+        ({"platform__pitch_deg": 10.0, "platform__roll_deg": 10.0}, -6.0, [0.0, 130.0]),  # begins abaft the beam
+    ],
 )
-def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_path: Path) -> None:
+def test_the_boats_own_things_stay_at_their_range(
+    platform: dict[str, Any], bearing: float, sector: list[float], tmp_path: Path
+) -> None:
     """A point 20 m ahead on the bow's sprit: at its bearing and range off the bow, and the phase stands still."""
     swings = {"platform__motion": "sinusoidal"} if "platform__pitch_deg" in platform else {}
+    right, ahead = unit_from_azimuth(bearing)
     made = scene(
         box((0.02, 0.02, 0.02), (0.0, 0.0, 2.0)),
         tmp_path,
-        thing={"position_m": [0.0, 20.0, 0.0], "rcs_dbsm": 0.0, "fixed_to": "boat"},
-        radar__sector_deg=[110.0, 130.0],
+        thing={"position_m": [20.0 * right, 20.0 * ahead, 0.0], "rcs_dbsm": 0.0, "fixed_to": "boat"},
+        radar__sector_deg=sector,
         radar__transmit="single",
         platform__heading_deg=120.0,
         **platform,
@@ -135,7 +144,7 @@ def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_
     power = np.abs(volts[:, 0]) ** 2
     pulse, gate = np.unravel_index(power.argmax(), power.shape)
     # The swinging mast, its antennas 3 m over the point, may bear on it a little off the bow.
-    off = wrap_degrees(fired.azimuth[pulse] - 120.0)
+    off = wrap_degrees(fired.azimuth[pulse] - 120.0 - bearing)
     assert off == pytest.approx(0.0, abs=0.15 if not swings else 2.0)
     assert gates(made.radar)[gate] == pytest.approx(np.hypot(20.0, 3.0), abs=0.76)
     around = np.flatnonzero(power[:, gate] > 0.25 * power[pulse, gate])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from seamap_rt.conventions import GRAVITY
 from seamap_rt.echoes.texture_field import TextureField
 from seamap_rt.mesh import Facets
 from seamap_rt.scattering import clutter_shape_watts_wicks90
@@ -46,6 +47,14 @@ def test_a_cell_as_large_as_the_longest_breaker_has_the_laws_shape(wind: float, 
     assert texture.share.sum() == pytest.approx(1.0)
     # The law's fall with the area: A^(5/8) is ℓ^(5/4), twofold in 2^(5/4).
     np.testing.assert_allclose(texture.share[:-1] / texture.share[1:], 2.0**1.25)
+
+
+@pytest.mark.parametrize("wind", WINDS)
+def test_a_patch_lives_a_period_and_runs_half_its_length_meanwhile(wind: float) -> None:
+    """As groups of waves of its length do: √(2πℓ/g), on deep water; surface tension shortens it at 3 m by 4e-6."""
+    texture = Texture.of(wind)
+    np.testing.assert_allclose(texture.life_s, np.sqrt(2.0 * np.pi * texture.size_m / GRAVITY), rtol=1e-4)
+    np.testing.assert_allclose(texture.speed_m_s * texture.life_s, 0.5 * texture.size_m, rtol=1e-4)
 
 
 @pytest.mark.parametrize("wind", WINDS)
@@ -89,6 +98,18 @@ def test_a_patch_is_the_same_in_whichever_part_of_a_turn_it_is_met() -> None:
     part = field().evaluate(square(3.0, east_m=400.0), np.full(1000, 0.05))
     np.testing.assert_allclose(part[:800], whole[100:900], rtol=1e-5)
     assert not np.allclose(field(seed=2).evaluate(square(3.0), np.full(1000, 0.05)), whole)
+
+
+@pytest.mark.parametrize(("azimuth", "start"), [(90.0, 0.0), (270.0, 796.0)])
+def test_a_place_has_one_texture_from_wherever_it_is_met(azimuth: float, start: float) -> None:
+    """A row of places from the west or from the east, and from the south as the square is."""
+    at = 4.0 * np.arange(200)
+    pose = SimpleNamespace(origin=np.array([[start, 0.0, 0.0]]), time=np.array([3.0]))
+    grid = SimpleNamespace(column_azimuth=np.array([azimuth]), column_pose=pose)
+    row = cast(Facets, SimpleNamespace(height=np.zeros((1, 200)), distance=at, grid=grid))
+    (met,) = field().evaluate(row, np.full(200, 0.05))
+    wanted = field().evaluate(square(3.0, side_m=800.0), np.full(200, 0.05))[:, 0]
+    np.testing.assert_allclose(met if azimuth == 90.0 else met[::-1], wanted, rtol=1e-4)
 
 
 def test_the_surface_takes_it_on_breakers_alone_and_the_expectation_does_not() -> None:

@@ -84,16 +84,17 @@ def test_a_sea_is_no_object(shape: float) -> None:
     assert object_echo(power, lit_power(power, RANGES), RESPONSE, SPACING, BEAM).sum() <= 9
 
 
+@pytest.mark.parametrize("width", [SPACING[0], 0.45])  # looks as wide as the beam, and a quarter of it
 @pytest.mark.parametrize("decibel", [25.0, 40.0, 55.0])
-def test_what_an_object_disturbs_is_not_the_seas(decibel: float) -> None:
-    strength = 10.0 ** (decibel / 10.0)
+def test_what_an_object_disturbs_is_not_the_seas(decibel: float, width: float) -> None:
+    strength, shape = 10.0 ** (decibel / 10.0), skirts(10, 15, width)
     sea = np.random.default_rng(10).gamma(4.0, 0.25, size=(21, 31))
-    found = object_echo(sea + strength * skirts(10, 15), np.full((1, 31), 1.18), RESPONSE, SPACING, BEAM)
-    disturbed = strength * skirts(10, 15) > 0.011 * (sea + strength * skirts(10, 15))
-    held = skirts(10, 15) >= 1.1e-4 * skirts(10, 15).max()  # fainter skirts are not told
+    found = object_echo(sea + strength * shape, np.full((1, 31), 1.18), RESPONSE, (width, SPACING[1]), BEAM)
+    disturbed = strength * shape > 0.011 * (sea + strength * shape)
+    held = shape >= 1.1e-4 * shape.max()  # fainter skirts are not told
     assert found[disturbed & held].all()
     # Beyond the beam's and the pulse's reach from all that is strong nothing is.
-    assert not found[np.abs(np.arange(21) - 10) > 4].any()
+    assert not found[width * np.abs(np.arange(21) - 10) > 4.0 * BEAM].any()
     assert not found[:, np.abs(np.arange(31) - 15) > 7].any()
 
 
@@ -102,9 +103,9 @@ def test_silence_has_no_level() -> None:
         np.testing.assert_array_equal(lit_power(power, RANGES), 0.0)
 
 
-def skirts(look: int, gate: int) -> NDArray[np.float64]:
+def skirts(look: int, gate: int, width: float = SPACING[0]) -> NDArray[np.float64]:
     """Power (look, gate) of a reflector in the middle of one cell of 21 × 31, through the beam and the pulse."""
-    aside = SPACING[0] * (np.arange(21)[:, None] - look + np.linspace(-0.5, 0.5, 41))
+    aside = width * (np.arange(21)[:, None] - look + np.linspace(-0.5, 0.5, 41))
     beam = np.exp(-8.0 * np.log(2.0) * (aside / BEAM) ** 2).mean(axis=1)
     return beam[:, None] * RESPONSE(SPACING[1] * (np.arange(31) - gate)) ** 2
 

@@ -193,9 +193,15 @@ def test_the_echos_contrast_is_what_speckle_leaves(variance: float, samples: int
     sea = heard(lambda x, y: 0.0 * x, 3, samples=samples, looks=240).given
     rng, shape = np.random.default_rng(11), sea.dwell.cross.shape
     texture = rng.gamma(1.0 / variance, variance, shape) if variance else np.ones(shape)
-    uneven = Covariance(sea.dwell.cross * texture, sea.dwell.lower * texture, sea.dwell.upper * texture)
-    given = replace(sea, dwell=uneven, echo=replace(sea.echo, pulses=uneven))
+
+    def told(unit: float) -> float:
+        power = texture * unit
+        uneven = Covariance(sea.dwell.cross * power, sea.dwell.lower * power, sea.dwell.upper * power)
+        given = replace(sea, dwell=uneven, echo=replace(sea.echo, pulses=uneven))
+        return float(np.median(given.texture(given.echo.neighbourhood_mean)))
+
     # The same whatever the unit of power is. 240 looks by 21 gates, of which a third are independent: fourth moments
     # of exponential speckle and texture leave some hundredths.
-    found = float(np.median(given.texture(given.echo.neighbourhood_mean)))
+    found = told(1.0)
+    assert told(1e-12) == pytest.approx(found, rel=1e-9, abs=1e-12)
     assert found == pytest.approx(variance / (1.0 + 0.5 * variance), abs=0.08)

@@ -242,6 +242,13 @@ def test_turns_are_found_from_where_the_recording_begins() -> None:
     assert np.abs(maps["height"].values).max() < FLAT
 
 
+def test_two_pulses_tell_how_fast_the_antenna_turns() -> None:
+    time, azimuth = (each[:2] for each in clock())
+    head = {"sector_deg": [0.0, 0.36], "partial_turns": "keep"}
+    found = echoes(*flat_sea(2), time=time, azimuth=azimuth, head=head)
+    assert found.attrs["rotation_rpm"] == pytest.approx(RPM, rel=1e-9)
+
+
 def test_partial_turns_are_dropped_or_kept() -> None:
     dropped = echoes(turns=3.0, start=100.0, head={"sector_deg": [0.0, 360.0]})
     assert np.bincount(dropped["turn"].values).tolist() == [1000, 1000]

@@ -130,6 +130,21 @@ def test_a_bow_slams_where_it_re_enters_fast_enough(speed: float) -> None:
         assert float(made["green_water_probability"][0, 0, 0]) == slams
 
 
+def test_slams_of_minutes_are_ochis() -> None:
+    """Of waves of one frequency, which meet the boat N times in 600 s, the bow leaves the water and re-enters faster
+    than v in N exp(−d²/2σ² − v²/2(ωₑσ)²) of them (Ochi 1964), and water comes over a freeboard f in N exp(−f²/2σ²)."""
+    waves, speed = towards(180.0, np.array([1.6])), 3.0
+    met = 1.6 + 1.6**2 / GRAVITY * speed
+    hull = Hull(bow_m=3.5, draught_m=0.2, freeboard_m=0.5, slam_speed_m_s=1.0)
+    sigma = SIGMA * abs(shares_of(BOAT, hull, np.inf)(waves, Course(0.0, speed))[4, 0])
+    told = Hull(bow_m=3.5, draught_m=2.5 * sigma, freeboard_m=3.2 * sigma, slam_speed_m_s=1.8 * met * sigma)
+    sea = sea_of(waves, np.zeros(1, complex), unknown)
+    made = advise_on(sea, BOAT, np.inf, [0.0], [speed], 2.0, hull=told, draws=2).sel(part="beyond")
+    for name, exponent in (("slam", 0.5 * (2.5**2 + 1.8**2)), ("green_water", 0.5 * 3.2**2)):
+        expected = -np.expm1(-600.0 * met / (2.0 * np.pi) * np.exp(-exponent))
+        assert float(made[f"{name}_probability"][0, 0]) == pytest.approx(expected, rel=1e-6)
+
+
 def test_what_cannot_be_told_is_said() -> None:
     """In a sea without phases a boat abeam is as well off on the mirrored heading; one that holds the worst is told."""
     sea = sea_of(towards(90.0, np.linspace(0.8, 1.6, 40)), np.zeros(40, complex), unknown)
@@ -197,6 +212,8 @@ def test_a_course_is_as_the_forecast_has_it(field: WaveField, speed: float) -> N
         assert np.sqrt(np.mean((unit * mean[0, number] - told) ** 2)) < 0.05 * np.std(told)
         stated = unit * np.sqrt(variance[0, number])
         assert np.sqrt(np.mean((stated - error) ** 2)) < 0.05 * np.std(told)
+        # Of what is open itself the elevation's share is heave's to a twentieth, and angles' to a fifth.
+        assert np.sqrt(np.mean((stated / error - 1.0) ** 2)) < (0.05 if name == "heave" else 0.2)
 
 
 def test_advice_keeps_its_schema(field: WaveField) -> None:
@@ -219,6 +236,7 @@ def test_a_turn_waits_until_it_may_begin(field: WaveField) -> None:
     wide = turn_windows(field, BOAT, 0.0, 120.0, 3.0, {"roll": 80.0}, 12.0)
     assert wide.attrs["duration_s"] == 10.0
     assert float(countdown(wide)["lead"][0, 0]) == 0.0
+    assert float(wide["lead"][-1]) == 20.0  # the last turn that ends in the half minute ahead
     never = turn_windows(field, BOAT, 0.0, 120.0, 3.0, {"roll": 1e-3}, 12.0)
     assert np.isnan(countdown(never)["lead"][0, 0])
     assert float(countdown(never)["probability"][0, 0]) == 0.0

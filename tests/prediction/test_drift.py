@@ -15,6 +15,7 @@ from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Observations, Spectrum
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.innovations import Drift
+from seamap_rt.prediction.knowledge import Groups
 
 DEEP = Water()
 
@@ -42,6 +43,14 @@ def turns_of(current: tuple[float, float], count: int) -> list[Observations]:
         value = (np.exp(1j * phase) @ waves).real + 0.05 * stream.standard_normal(1500)
         made.append(Observations(x, y, time, value, np.array([0.05]), np.array(["elevation"])))
     return made
+
+
+def test_a_current_carries_groups_of_waves() -> None:
+    """They run at their own speed through the water, and the water runs: north and east, and whichever way they go."""
+    still, moving = (Groups.of(replace(wind_sea(), water=Water(8.0, current))) for current in ((0.0, 0.0), (0.7, -0.4)))
+    np.testing.assert_allclose(moving.east - still.east, 0.7, rtol=1e-9)
+    np.testing.assert_allclose(moving.north - still.north, -0.4, rtol=1e-9)
+    np.testing.assert_allclose(np.hypot(still.east, still.north), Water(8.0).group_speed(still.k), rtol=1e-9)
 
 
 @pytest.mark.parametrize("current", [(0.0, 0.0), (0.25, 0.0), (-0.2, 0.15)])

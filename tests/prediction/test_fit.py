@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -333,6 +334,23 @@ def test_what_stays_open_of_a_group_is_what_stays_open_of_its_wave(apart: float,
     found = known.open_share(np.zeros(1), np.zeros(1), np.array([lapse]), np.ones(1, bool))
     assert 0.02 < open_of < 0.98
     assert found[0, 0] == pytest.approx(open_of, rel=0.06)  # the places are random: 1/√4000, of both waves' sums
+
+
+def test_water_seen_at_each_metre_is_known_evenly() -> None:
+    """The information is the weight of what was seen per square metre, wherever that lies by the squares of the peak's
+    length that it is summed on: of 30 places a square a row or two more or less are a seventh."""
+    east, north = (each.ravel() for each in np.meshgrid(np.arange(-60.0, 60.5), np.arange(-60.0, 60.5)))
+    seen = Observations(
+        east, north, np.full(east.size, 3.0), np.zeros(east.size), np.array([0.1]), np.array(["elevation"])
+    )
+    batch = Batch(seen, cast(WaveSum, None), np.full(east.size, 0.7), np.ones(east.size))
+    known = Knowledge.of(wind_sea(), (), [batch], (0.0, 0.0))
+    (coverage,) = known.coverages
+    shape = coverage.information.shape
+    axes = [first + known.side * np.arange(size) for first, size in zip(known.corner, shape, strict=True)]
+    inside = coverage.information[np.ix_(*(np.abs(each) < 40.0 for each in axes))]
+    assert inside.mean() == pytest.approx(0.7, rel=0.05)
+    assert inside.std() < 0.2 * inside.mean()
 
 
 def test_a_map_s_cells_are_means_over_its_pulse_beam_and_look() -> None:

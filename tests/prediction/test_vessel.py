@@ -8,9 +8,12 @@ from met_waves import K, each, moved, sigma, toward
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth
+from seamap_rt.prediction.reconstruction import vessel_of
 from seamap_rt.prediction.vessel import Box, Disc, Follower, Vessel
+from seamap_rt.settings import VesselSettings
 
 BOAT = Box(8.0, 2.8, 0.5)
+HEAVY = Box(8.0, 2.8, 0.5, roll_period_s=3.1)
 BUOY = Disc(0.9, 0.3)
 SPAR = Disc(1.0, 4.0)  # deep enough to resonate sharply
 VESSELS = pytest.mark.parametrize("vessel", [Follower(), BOAT, BUOY], ids=["follower", "box", "disc"])
@@ -303,3 +306,19 @@ def test_other_bad_input_is_refused() -> None:
             moved(vessel, 0.0, 0.0, np.inf)
         with pytest.raises(ValueError, match=r"^depth: must be positive"):
             vessel.response(K, 0.0, sigma(K), 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "vessel"),
+    [
+        (VesselSettings(shape="raft"), Follower()),
+        (VesselSettings(shape="disc", beam_m=0.9, draught_m=0.3), BUOY),
+        (VesselSettings(shape="box", length_m=8.0, beam_m=2.8, draught_m=0.5), BOAT),
+        (VesselSettings(shape="box", length_m=8.0, beam_m=2.8, draught_m=0.5, roll_period_s=3.1), HEAVY),
+    ],
+    ids=["raft", "disc", "box", "rolls slowly"],
+)
+def test_a_vessel_of_settings_moves_as_that_of_the_same_sizes(settings: VesselSettings, vessel: Vessel) -> None:
+    made = vessel_of(settings)
+    assert made is not None
+    np.testing.assert_array_equal(each(moved(made, 55.0, 20.0)), each(moved(vessel, 55.0, 20.0)))

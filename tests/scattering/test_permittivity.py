@@ -137,6 +137,7 @@ def test_refuses_what_was_never_measured(permittivity: Callable, name: str, argu
     [
         ("klein_swift77", (35e9, 34.0, 40.0), (36e9, 20.0, 35.0)),
         ("meissner_wentz04", (90e9, 29.0, 40.0), (10e9, 30.0, 35.0)),
+        ("meissner_wentz04", (1e9, -2.0, 0.0), (10e9, -2.1, 35.0)),  # where sea water freezes
         ("meissner_wentz12", (90e9, 34.0, 40.0), (91e9, 20.0, 35.0)),
     ],
 )

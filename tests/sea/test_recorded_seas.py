@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from recorded_files import BEFORE, FRAMES, SIDE_M, STEP_S, dataset_of, drawn, drawn_settings, write
 
+from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.io.sea_grid import fill_gaps, half_width
@@ -258,6 +259,19 @@ def test_its_spectrum_is_that_of_the_waves_that_were_drawn(sea: Sea, data: xr.Da
     assert abs((facts.from_deg - 300.0 + 180.0) % 360.0 - 180.0) < 12.0  # of some thirty waves, spread by 30°
     table = recorded_spectrum(path, np.inf)
     assert table.hs == pytest.approx(facts.height, rel=0.02)
+
+
+@pytest.mark.parametrize("waves", [2, 9, 15])  # in 32 m: a long one, and up to the shortest that metres tell
+def test_the_spectrum_of_a_single_wave_peaks_at_its_frequency(waves: int, tmp_path: Path) -> None:
+    """To half of a ring, 8 % of the wavenumber or a step of it: 2 % of the frequency."""
+    number, axis, times = 2.0 * np.pi * waves / 32.0, np.arange(32.0), STEP_S * np.arange(40)
+    omega = np.sqrt(GRAVITY * number)
+    heights = 0.2 * np.cos(number * axis - omega * times[:, None, None]) * np.ones((1, 32, 1))
+    metres = {name: (name, axis, {"units": "m"}) for name in ("y", "x")}
+    data = xr.Dataset({"elevation": (("time", "y", "x"), heights, {"units": "m"})}, metres, {"periodic": 1})
+    data = data.assign_coords(time=("time", times, {"units": "s"}))
+    table = recorded_spectrum(write(data, tmp_path / "wave.nc"), np.inf)
+    assert table.peak_frequency_hz == pytest.approx(omega / (2.0 * np.pi), rel=0.02)
 
 
 def test_a_scene_keeps_what_it_says_of_a_recorded_sea(data: xr.Dataset, tmp_path: Path) -> None:

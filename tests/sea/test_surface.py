@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from seamap_rt.physics.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea import direct_sum, realize, spectra
+from seamap_rt.sea.lattice import Lattice, draw_amplitudes
 from seamap_rt.settings import FlatWaves, JonswapWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0
@@ -69,6 +70,21 @@ def test_finer_resolution_keeps_the_waves_it_had():
     # Up to the rescaling of sums to integrals, which is common to all waves.
     np.testing.assert_allclose(same / coarse.amplitude, (same / coarse.amplitude)[0], rtol=1e-9)
     np.testing.assert_allclose(np.abs(same / coarse.amplitude), 1.0, atol=1e-2)
+
+
+@pytest.mark.parametrize("azimuth", [200.0, 285.0])
+def test_long_crests_slope_along_their_way_alone(azimuth):
+    facts = realize(sea_of(jonswap(spreading="long_crested", wave_from_deg=azimuth)), seed=1).resolved
+    slopes = facts.slope_std_east, facts.slope_std_north
+    way = np.abs([np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))])
+    np.testing.assert_allclose(slopes, np.sqrt(facts.mean_square_slope) * way, rtol=1e-9)
+
+
+@pytest.mark.parametrize("line", [False, True])
+def test_no_two_waves_share_their_random_numbers(line):
+    lattice = Lattice(64.0, 1.0, np.inf, line)
+    drawn = draw_amplitudes(lattice, np.ones((lattice.north.size, lattice.east.size)), np.random.SeedSequence(4))
+    assert np.unique(drawn).size == drawn.size > 10
 
 
 # ------------------------------------------------------------------------------------------------- reproducibility

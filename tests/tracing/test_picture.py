@@ -14,6 +14,7 @@ from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.scene import load_scene
+from seamap_rt.settings import RadarSettings
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.picture import Elevation, Sky, View, render_from_mast
 
@@ -42,6 +43,10 @@ def skyline(picture: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 
 # --------------------------------------------------------------------------------------- where things stand
+
+
+def test_the_eye_is_the_radars_unless_said_otherwise() -> None:
+    assert View().height_m == RadarSettings().height_m
 
 
 @pytest.mark.parametrize(("tilt", "height"), [(-3.0, 30.0), (0.0, 2.0), (10.0, 30.0)])

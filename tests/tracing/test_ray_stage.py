@@ -15,6 +15,7 @@ from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh, surface_mesh
 from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.mesh.grid import PolarGrid
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.hiding import hiding_facets
@@ -84,6 +85,27 @@ def test_facets_that_stop_no_ray_first_change_no_light(name: str, keys: dict[str
         assert_array_equal(one, other)
 
 
+def met_and_kept(mesh: SurfaceMesh) -> tuple[NDArray[np.int64], NDArray[np.bool_], float]:
+    """The facets that rays meet first in the whole sheet, once for each ray that does not come through its sides, as
+    Mitsuba finds them; which (facet,) are kept; and the rays' number."""
+    (sheet,) = mesh.sheets()
+    rays = shadow_rays(mesh, mesh.facets, sheet)
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[0], 10e9, WATER)
+    found = held.mi_scene.ray_intersect_preliminary(rays.traced)
+    column = rays.number // rays.front.shape[2] % rays.columns.size
+    inside = np.abs(column - 0.5 * (rays.columns.size - 1)) < 0.5 * rays.columns.size - 9.0
+    met = np.array(found.prim_index)[np.isfinite(np.array(found.t)) & inside].astype(np.int64)
+    kept = hiding_facets(mesh, sheet, rays)
+    assert kept.mean() < 0.9 * (1.0 - rays.facing_away.mean())
+    return met, kept.ravel(), rays.number.size
+
+
+def beside(grid: PolarGrid, aside: float) -> PolarGrid:
+    """With antennas so far beside the axis: ahead, and to the left."""
+    leaning = grid.column_pose.offsets + aside * np.array([0.6, 0.8, 0.0])
+    return replace(grid, column_pose=replace(grid.column_pose, offsets=leaning))
+
+
 @pytest.mark.parametrize("aside", [0.0, 0.3, 0.9])
 def test_each_facet_that_a_ray_meets_first_is_kept(aside: float) -> None:
     """Found by Mitsuba in the whole sheet, also for antennas beside the axis, over a plain of lone spikes.
@@ -91,23 +113,28 @@ def test_each_facet_that_a_ray_meets_first_is_kept(aside: float) -> None:
     Sharper than the law above: a facet left out by mistake may still have another behind it that stops the ray.
     """
     made = scene("flat", radar__sector_deg=[90.0, 130.0], radar__range_m=[15.0, 70.0], radar__height_m=6.0)
-    grid = mesh_of(made).grid
+    grid = beside(mesh_of(made).grid, aside)
     spikes = np.random.default_rng(7).random((grid.azimuth.size, grid.ground_range.size)) < 0.15
     rough = np.where(spikes, 1.0, 0.0)
-    leaning = grid.column_pose.offsets + aside * np.array([0.6, 0.8, 0.0])  # ahead, and to the left
-    grid = replace(grid, column_pose=replace(grid.column_pose, offsets=leaning))
-    mesh = surface_mesh(grid, rough, np.zeros((*rough.shape, 3), dtype=np.float32))
-    (sheet,) = mesh.sheets()
-    rays = shadow_rays(mesh, mesh.facets, sheet)
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[0], 10e9, WATER)
-    found = held.mi_scene.ray_intersect_preliminary(rays.traced)
-    column = rays.number // rays.front.shape[2] % rays.columns.size
-    inside = np.abs(column - 0.5 * (rays.columns.size - 1)) < 0.5 * rays.columns.size - 9.0  # not through the sides
-    met = np.array(found.prim_index)[np.isfinite(np.array(found.t)) & inside]
-    kept = hiding_facets(mesh, sheet, rays)
-    assert met.size > 0.15 * rays.number.size
-    assert kept.mean() < 0.9 * (1.0 - rays.facing_away.mean())
-    assert np.all(kept.ravel()[met])
+    met, kept, rays = met_and_kept(surface_mesh(grid, rough, np.zeros((*rough.shape, 3), dtype=np.float32)))
+    assert met.size > 0.15 * rays
+    assert np.all(kept[met])
+
+
+@pytest.mark.parametrize("rung", [6, 10])
+@pytest.mark.parametrize("over", [1.0, 1.05])
+def test_a_crest_that_only_just_hides_what_lies_behind_it_is_kept(rung: int, over: float) -> None:
+    """A ring on a plain, 6 m below antennas 0.9 m beside the axis of columns 6° wide: as high as hides the plain up to
+    1.3 m behind it from the axis, or a little higher, so that some antennas see that and others do not."""
+    keys = {"radar__antenna__azimuth_beamwidth_deg": 18.0, "radar__height_m": 6.0}
+    made = scene("flat", radar__sector_deg=[60.0, 180.0], radar__range_m=[15.0, 30.0], **keys)
+    grid = beside(mesh_of(made).grid, 0.9)
+    away = grid.ground_range[rung]
+    ring = np.where(np.arange(grid.ground_range.size) == rung, over * 6.0 * 1.3 / (away + 1.3), 0.0)
+    rough = np.tile(ring, (grid.azimuth.size, 1))
+    met, kept, _ = met_and_kept(surface_mesh(grid, rough, np.zeros((*rough.shape, 3), dtype=np.float32)))
+    assert met.size > 10
+    assert np.all(kept[met])
 
 
 def test_rays_that_pass_below_the_first_rung_stay_dark() -> None:

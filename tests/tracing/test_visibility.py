@@ -16,6 +16,7 @@ from seamap_rt.radar.installation import Installation
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import load_scene
 from seamap_rt.tracing import Illumination, tracer
+from seamap_rt.tracing.diffraction import field_over_profiles
 from seamap_rt.tracing.visibility import profile_powers, water_powers
 from validation.light.wave_optics import Profile, surface_field
 
@@ -51,6 +52,17 @@ def crest(at: NDArray[Any], radius_m: float) -> list[NDArray[np.float64]]:
     height = np.where(beyond, -0.2 * (np.abs(away) - 0.5 * edge), -0.5 * away**2 / radius_m)
     slope = np.where(beyond, -0.2 * np.sign(away), -away / radius_m)
     return [height, slope, np.where(beyond, 0.0, -1.0 / radius_m)]
+
+
+def test_a_round_crest_of_no_impedance_returns_the_field_over_its_edges() -> None:
+    """Leontovich's, √(ε − 1)/ε, is 0 of ε = 1: in VV a round crest then returns what arrives, as a plane does, whose
+    fourth power that is. In HH, of a conductor's current, its horizon returns more than a plane's."""
+    x = 5.0 + 0.5 * np.arange(290, dtype=np.float64)
+    height = crest(x, 40.0)[0][None, :] - 2.0
+    field = np.abs(field_over_profiles(x, height, WAVE)[0])
+    powers = dict(zip(POLARIZATIONS, profile_powers(x, height, 1.0 + 0.0j, WAVE), strict=True))
+    np.testing.assert_allclose(powers["VV"], field**4, rtol=1e-6)
+    assert np.any(powers["HH"] > 2.0 * powers["VV"])
 
 
 @pytest.mark.parametrize("radius_m", [20.0, 80.0])

@@ -67,3 +67,16 @@ def test_noise_in_cells_too_wide_to_tell_is_no_waves(seed: int) -> None:
     held = [float(each.variances[short].sum()) for each in (little, much)]
     assert held[1] == pytest.approx(held[0], rel=0.1)
     assert held[0] < 0.02 * little.variance
+
+
+@pytest.mark.parametrize("length", [20.0, 40.0])
+def test_a_single_wave_keeps_its_length(length: float) -> None:
+    """The mean of its rings, to half of a ring's step: rings stand a factor 1200^(1/95) apart."""
+    number = 2.0 * np.pi / length
+    made = expected(Waves(np.array([number]), np.array([2.0]), np.array([0.5 + 0.0j])), 0.02)
+    near = np.abs(np.log(made.k / number)) < 0.4
+    held = made.variances.sum(axis=1)[near]
+    assert held.sum() > 0.9 * made.variance
+    assert np.average(np.log(made.k[near] / number), weights=held) == pytest.approx(
+        0.0, abs=0.5 * np.log(1200.0) / 95.0
+    )
