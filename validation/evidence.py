@@ -69,7 +69,7 @@ STUDIES: dict[str, Study] = {
     # maps
     "maps": Study("scene", 12, "retrieval.maps --only accuracy,floor,errorbars,slopes", _MAPS),
     "phase_cycles": Study("scene", 3, "retrieval.maps --only ambiguity", _MAPS),
-    "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 961),
+    "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 977),
     "slopes": Study("scene", 2, "retrieval.slopes", _MAPS),
     "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 962),
     "seas": Study("scene", 12, "retrieval.seas", _MAPS),

@@ -277,7 +277,7 @@ def diffraction_error(share: Map, height: Map, spread: Map, ranges: NDArray[np.f
         return np.zeros(height.shape)
     weight = np.where(known, np.maximum(spread, np.quantile(spread[known], 0.1)), np.inf) ** -2.0
     sea = max(float(np.sqrt(np.sum(weight * np.nan_to_num(height) ** 2) / weight.sum())), 1e-6)
-    hidden = 1.0 - uniform_filter(np.nan_to_num(share), _AROUND, mode="nearest")
+    hidden = 1.0 - uniform_filter(np.nan_to_num(share), _AROUND, mode="nearest")  # type: ignore[arg-type]
     return np.sqrt(np.clip(hidden, 0.0, 1.0)) / np.hypot(1.0 / (angle * ranges), 1.0 / sea)
 
 
