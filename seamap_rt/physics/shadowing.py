@@ -163,16 +163,16 @@ def earth_drop_m(ground_range_m: float) -> float:
     return ground_range_m**2 / (REFRACTED_RADIUS + float(np.hypot(REFRACTED_RADIUS, ground_range_m)))
 
 
-_ARRIVAL_MRAD, _AT_M = {"VV": 1.4, "HH": 2.0}, 0.03
+_ARRIVAL_MRAD, _AT_M = {"VV": 1.0, "HH": 1.5}, 0.03
 
 
 def arrival_error_mrad(polarization: str, wavelength_m: float) -> float:
     """Error [mrad] of the angle at which a map's echoes arrive over the crests before them, by diffraction, where all
     water around is hidden (`interferometry.slopes.diffraction_error`).
 
-    Set in VV on maps of three seas traced with knife edges from masts of 3 to 13 m, at 3 cm, seeds 103 and 104, and on
-    the twelve of draw 961. Full waves turn single cells half as much again in VV, and in HH as much again as that:
-    hence so much for recordings in HH (`validation.light.height_bias`). At other wavelengths by Fresnel's zone, as √λ.
+    Set in VV on maps of three seas traced with knife edges from masts of 3 to 13 m, at 3 cm, seeds 103 and 104. Full
+    waves turn single cells half as much again in VV, and in HH as much again as that: hence so much for recordings in
+    HH (`validation.light.height_bias`). At other wavelengths by Fresnel's zone, as √λ.
     """
     return _ARRIVAL_MRAD[polarization] * float(np.sqrt(wavelength_m / _AT_M))
 

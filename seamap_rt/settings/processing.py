@@ -50,7 +50,7 @@ class RetrievalSettings(Section):
         Ge(0.0),
         Le(100.0),
         Meaning(
-            "mrad", "an angle", left_out="0; for recordings and with tracing.diffraction 1.4 (VV) or 2 (HH) at 3 cm"
+            "mrad", "an angle", left_out="0; for recordings and with tracing.diffraction 1 (VV) or 1.5 (HH) at 3 cm"
         ),
     ] = None
     """Error of the angle of arrival | Error of the angle at which echoes arrive over the crests before them, by

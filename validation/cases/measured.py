@@ -54,7 +54,7 @@ def _map_and_sea(seed: int) -> tuple[Array, Array, Array]:
     keys = {"seed": seed, "radar.height_m": OVERLOOKING_M, "tracing.tracer": "horizon"}
     scene = sr.load_scene("choppy_sea", keys)
     turn = Simulator(scene).turn(0)
-    got, true = (each["polar"].to_dataset() for each in (sr.retrieve(turn.echoes, scene.retrieval), turn.truth))
+    got, true = (each["polar"].to_dataset() for each in (sr.retrieve(turn.echoes), turn.truth))
     inside = (got["range"].values >= HEADLINE_M[0]) & (got["range"].values <= HEADLINE_M[1])
     fields = got["height"], true["height"], true["visible_fraction"]
     height, sea, visible = (field.values[..., inside].astype(np.float64).ravel() for field in fields)

@@ -93,7 +93,7 @@ def usable(mount: Mount, seeds: int) -> Usable:
             },
         )
         turn = Simulator(scene).turn(0)
-        maps = sr.retrieve(turn.echoes, scene.retrieval)
+        maps = sr.retrieve(turn.echoes)
         metrics, polar = error_figures(maps, turn.truth), maps["polar"].to_dataset()
         middle, number = np.array(metrics["range_m"]), np.array(metrics["cells"], dtype=float)
         rms = np.array(metrics["height_rmse_m"], dtype=float)  # None, without a cell, becomes nan
@@ -115,9 +115,9 @@ def map_rate(turns: int = 1) -> Claim:
     simulator, taken, ages = Simulator(scene), [], np.zeros(0)
     for number in range(turns):
         echoes = simulator.turn(number).echoes
-        retrieve_one(echoes, scene.retrieval)  # what only a first turn does is no part of it
+        retrieve_one(echoes, scene.resolved_retrieval)  # what only a first turn does is no part of it
         start = time.perf_counter()
-        maps = retrieve_one(echoes, scene.retrieval)
+        maps = retrieve_one(echoes, scene.resolved_retrieval)
         taken.append(time.perf_counter() - start)
         ages = maps["polar"].to_dataset()["time"].values
     turn_s = [turn_duration(STUDY.model_copy(update={"rotation_rpm": rpm})) for rpm in ROTATIONS_RPM]

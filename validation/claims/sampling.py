@@ -77,7 +77,7 @@ def transfers(mast_m: float, seeds: int) -> dict[tuple[str, str], Transfer]:
         simulator = Simulator(scene)
         echoes = simulator.turn(0).echoes
         for estimator in ESTIMATORS:
-            settings = scene.retrieval.model_copy(update={"estimator": estimator})
+            settings = scene.resolved_retrieval.model_copy(update={"estimator": estimator})
             polar = sr.retrieve(echoes, settings)["polar"].to_dataset().isel(turn=0)
             for line, lines in lines_of(polar, surface(simulator, polar)).items():
                 sums[estimator, line] = sums.get((estimator, line), 0.0) + spectra(lines)

@@ -79,7 +79,7 @@ def whole_run(scene: Scene) -> bool:
         or gates * radar.prf_hz * scene.turn_duration_s > _VOLTAGES
     ):
         return False
-    sr.retrieve(simulate(scene).echoes, scene.retrieval)
+    sr.retrieve(simulate(scene).echoes)
     return True
 
 

@@ -89,7 +89,7 @@ class Cells:
 
     @classmethod
     def of(cls, turn: Turn, scene: Scene, mode: Mode, pairs: Pairs = "both") -> Cells:
-        maps = sr.retrieve(turn.echoes, scene.retrieval.model_copy(update={"pulse_pairs": pairs}))
+        maps = sr.retrieve(turn.echoes, {"pulse_pairs": pairs})
         return cls.between(maps, turn.truth, scene.radar, mode.paths)
 
     @classmethod

@@ -37,7 +37,7 @@ def by_band(seed: int, keys: dict[str, object]) -> tuple[np.ndarray, np.ndarray,
     fixed |= {"retrieval.estimator": "sliding_plane", "retrieval.paths": "one_way"}  # one window for all
     scene = sr.load_scene("choppy_sea", fixed | keys)
     simulation = sr.simulate(scene)
-    maps = sr.retrieve(simulation.echoes, scene.retrieval)["polar"].to_dataset()
+    maps = sr.retrieve(simulation.echoes)["polar"].to_dataset()
     truth = simulation.truth["polar"].to_dataset()
     band = np.digitize(maps["range"].values, BANDS_M) - 1
     visible = truth["visible_fraction"].values[0] > 0.5

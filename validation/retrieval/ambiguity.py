@@ -56,7 +56,7 @@ def main(seeds: int) -> None:
             scene = scene_of(mode, baseline, seed)
             turn = Simulator(scene).turn(0)
             for how, total in totals.items():
-                maps = sr.retrieve(turn.echoes, scene.retrieval.model_copy(update={"ambiguity": how}))
+                maps = sr.retrieve(turn.echoes, {"ambiguity": how})
                 total += counts(maps, turn.truth, scene)
                 paths = int(maps["polar"].attrs["paths"])
         for how, total in totals.items():

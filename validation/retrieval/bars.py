@@ -72,7 +72,7 @@ def scenes(number: int, seeds: int) -> Iterator[tuple[str, list[Scene]]]:
 def by_range(scene: Scene) -> np.ndarray:
     """(band, figure): ratio, share within, mean square error [m²]; NaN of fewer cells than FEWEST."""
     turn = Simulator(scene).turn(0)
-    got = sr.retrieve(turn.echoes, scene.retrieval)["polar"].to_dataset().isel(turn=0)
+    got = sr.retrieve(turn.echoes)["polar"].to_dataset().isel(turn=0)
     error = got["height"].values - turn.truth["polar"].to_dataset()["height"].values[0]
     figures = np.full((len(BANDS), 3), np.nan)
     for row, (low, high) in zip(figures, BANDS, strict=True):

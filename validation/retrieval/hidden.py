@@ -41,7 +41,7 @@ def rows(case: Case, seed: int) -> list[list[float]]:
     """Of each share in sight: cells; share true and found; crest bias said, mean error; error bar, rms error."""
     scene = case.scene(seed)
     turn = Simulator(scene).turn(0)
-    maps = sr.retrieve(turn.echoes, scene.retrieval)
+    maps = sr.retrieve(turn.echoes)
     got, true = maps["polar"].to_dataset().isel(turn=0), turn.truth["polar"].to_dataset().isel(turn=0)
     _, counted = against_truth(maps, turn.truth)
     share, error = got["visible_share"].values, got["height"].values - true["height"].values
@@ -72,10 +72,7 @@ def calibration(number: int, count: int, polarization: str) -> tuple[list[str], 
     for kind in ("seas", "radars"):
         for scene in drawn(number, kind, count, scattering__polarization=polarization):
             turn = Simulator(scene).turn(0)
-            got, true = (
-                each["polar"].to_dataset().isel(turn=0)
-                for each in (sr.retrieve(turn.echoes, scene.retrieval), turn.truth)
-            )
+            got, true = (each["polar"].to_dataset().isel(turn=0) for each in (sr.retrieve(turn.echoes), turn.truth))
             share, seen = got["visible_share"].values.astype(float), true["visible_fraction"].values
             known = np.isfinite(share) & np.isfinite(seen) & np.isfinite(got["height"].values)
             known &= (got["range"].values >= HEADLINE_M[0]) & (got["range"].values <= HEADLINE_M[1])

@@ -110,7 +110,7 @@ class Results:
             for case in ((polarization, False), (polarization, True)):
                 scene = scene_of(case, seed)
                 turn = Simulator(scene).turn(0)
-                maps = sr.retrieve(turn.echoes, scene.retrieval)
+                maps = sr.retrieve(turn.echoes)
                 height = turn.truth["polar"].to_dataset()["height"].values[0]
                 stated = {} if law is None else floors(scene, turn.echoes, height, law, seed)
                 pieces[case].append(cells_of(maps, turn.truth, stated))

@@ -115,7 +115,7 @@ def found(case: Case, seed: int, floor: bool = True) -> dict[str, float]:
     """The figures of one turn."""
     scene = case.scene(seed)
     turn = Simulator(scene).turn(0)
-    maps = sr.retrieve(turn.echoes, scene.retrieval)
+    maps = sr.retrieve(turn.echoes)
     figures, answered = against_truth(maps, turn.truth)
     if floor and maps["polar"].attrs["paths"] == 2:
         true = turn.truth["polar"].to_dataset()["height"].values[0]

@@ -66,7 +66,7 @@ def boat(stream: np.random.Generator) -> Keys:
 def found(scene: Scene) -> tuple[str, np.ndarray]:
     """A row of figures, and error over stated error of the cells."""
     turn = Simulator(scene).turn(0)
-    maps = sr.retrieve(turn.echoes, scene.retrieval)
+    maps = sr.retrieve(turn.echoes)
     figures, cells = against_truth(maps, turn.truth)
     got, true = (each["polar"].to_dataset().isel(turn=0) for each in (maps, turn.truth))
     std = got["height_std"].values[cells]

@@ -66,7 +66,7 @@ def _within(away: np.ndarray, band: tuple[float, float]) -> np.ndarray:
 
 def judged(scene: Scene) -> Figures:
     turn = Simulator(scene).turn(0)
-    return figures(sr.retrieve(turn.echoes, scene.retrieval), turn.truth)
+    return figures(sr.retrieve(turn.echoes), turn.truth)
 
 
 def main() -> None:

@@ -226,7 +226,7 @@ def _table(name: str, scenes: Callable[[int, bool], Scene], seeds: range) -> Non
         for seed in seeds:
             scene = scenes(seed, spikes)
             turn = Simulator(scene).turn(0)
-            rows.append(against_truth(sr.retrieve(turn.echoes, scene.retrieval), turn.truth)[0])
+            rows.append(against_truth(sr.retrieve(turn.echoes), turn.truth)[0])
         mean = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
         label = "spikes" if spikes else "without"
         print(

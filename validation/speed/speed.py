@@ -91,7 +91,7 @@ def turn_times(simulator: Simulator, turns: int) -> list[dict[str, float]]:
         turn = simulator.turn(number, meter)
         meter("retrieve")
         start = time.perf_counter()
-        retrieve_one(turn.echoes, simulator.scene.retrieval)
+        retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
         timing = {**turn.timing, "retrieve": time.perf_counter() - start}
         timing["total"] += timing["retrieve"]
         rows.append({**timing, **meter.read()})

@@ -343,7 +343,7 @@ def retrieved_errors(seed: int, kept: int, mesh: Mesh, sector: str) -> tuple[flo
     at = {"radar.sector_deg": [*SECTORS[sector]], "radar.prf_hz": scene_of().radar.prf_hz / kept, "seed": seed}
     scene = scene_of(**mesh.keys(), **at)
     turn = Simulator(scene).turn(0)
-    maps = sr.retrieve(turn.echoes, scene.retrieval)
+    maps = sr.retrieve(turn.echoes)
     got, true = (each["polar"].to_dataset().isel(turn=0) for each in (maps, turn.truth))
     error, seen = (got["height"] - true["height"]).values, true["visible_fraction"].values > HALF_VISIBLE
     clear = (got["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
