@@ -10,8 +10,8 @@ Of several edges that of the largest v dominates: for a dark facet the last silh
 highest in angle and the nearest; for a lit one that which reaches furthest into its ray's Fresnel zone. What passes
 over it has passed others before. Of those the dominating one is found in the same way, on the path up to there, and the
 two factors multiply (Epstein & Peterson 1953, Deygout 1966). Against a march of the field over all silhouettes of
-`choppy_sea` two edges give dark facets 1.0 to 1.5 times the power, where one alone gives them several times, and all
-facets together 4 % too little at 50–100 m, 30 % at 350–400 m, where straight light gives twice too much
+`choppy_sea` two edges give dark facets 0.7 to 1.2 times the power, where one alone gives them several times, and all
+facets together 2 % too little at 50–100 m, 27 % at 350–400 m, where straight light gives a third too much
 (`validation/light/diffraction.py --columns 80`). Edges are black and straight: neither polarization nor a crest's
 roundness is known.
 
