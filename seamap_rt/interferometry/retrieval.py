@@ -149,9 +149,8 @@ def retrieve_turn(
     outward, outward_std = visible_slopes(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
     sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
     common = _transmitter_error(given, heights) ** 2 + sensed
-    bent = diffraction_error(
-        seen.visible_share, height, spread, radar.ranges, 1e-3 * (settings.diffraction_mrad or 0.0)
-    )
+    grid, angle = (looks.width, radar.spacing, radar.closed), 1e-3 * (settings.diffraction_mrad or 0.0)
+    bent = diffraction_error(seen.visible_share, height, spread, radar.ranges, grid, angle)
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + bent**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias

@@ -171,7 +171,7 @@ _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response i
 _OBSERVATIONS = 2.0
 _SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
-_AROUND = 15, 11  # looks and gates: some 27° × 33 m, so that what a crest hides and what it lights are in one mean
+_AROUND = 27.0, 16.5  # deg and m, as wide as half a wave: what a crest hides and what it lights are in one mean
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
 
 
@@ -265,19 +265,28 @@ def crest_bias(share: Map, slope_rms: float, length: float, width: Map | float) 
     return mean, np.sqrt(np.maximum(2.0 * depth**2 * fourth - mean**2, 0.0))
 
 
-def diffraction_error(share: Map, height: Map, spread: Map, ranges: NDArray[np.float64], angle: float) -> Map:
-    """Error [m] of heights by light that bends over the crests before them.
+def diffraction_error(
+    share: Map, height: Map, spread: Map, ranges: Map, grid: tuple[float, float, bool], angle: float
+) -> Map:
+    """Error [m] (look, gate) of heights by light that bends over the crests before them.
 
     The angle of arrival errs where crests are near the ray, so with the hidden share of the water around a cell; and
-    no height errs by more than the sea's own. share, height, spread (look, gate): visible share, height and its error
-    [m], NaN where unknown; ranges (gate,) m; angle: the error [rad] if all around were hidden.
+    no height errs by more than the sea's own rms. share, height, spread (look, gate): visible share, NaN where nothing
+    echoes, which counts as hidden; height and its error [m], NaN where unknown; ranges (gate,) m, above 0; grid: width
+    of a look [deg], spacing of gates [m], and whether the looks close a circle; angle: the error [rad] if all around
+    were hidden.
     """
-    known = np.isfinite(height) & (spread > 0.0)
+    known = np.isfinite(height) & (spread > 0.0) & np.isfinite(spread)
     if angle == 0.0 or not known.any():
         return np.zeros(height.shape)
     weight = np.where(known, np.maximum(spread, np.quantile(spread[known], 0.1)), np.inf) ** -2.0
-    sea = max(float(np.sqrt(np.sum(weight * np.nan_to_num(height) ** 2) / weight.sum())), 1e-6)
-    hidden = 1.0 - uniform_filter(np.nan_to_num(share), _AROUND, mode="nearest")  # type: ignore[arg-type]
+    level = np.where(known, height, 0.0)
+    mean = np.sum(weight * level) / weight.sum()
+    sea = max(float(np.sqrt(np.sum(weight * (level - mean) ** 2) / weight.sum())), 1e-6)
+    width, spacing, closed = grid
+    size = [1 + 2 * round(0.5 * (each / step - 1.0)) for each, step in zip(_AROUND, (width, spacing), strict=True)]
+    mode = ["wrap" if closed else "nearest", "nearest"]
+    hidden = 1.0 - uniform_filter(np.nan_to_num(share), size=[max(1, n) for n in size], mode=mode)
     return np.sqrt(np.clip(hidden, 0.0, 1.0)) / np.hypot(1.0 / (angle * ranges), 1.0 / sea)
 
 

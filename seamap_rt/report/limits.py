@@ -158,15 +158,17 @@ def _no_boat(case: Case) -> Iterator[Row]:
 def _diffraction(case: Case) -> Iterator[Row]:
     """What crests do to the light that passes over them."""
     scene = case.scene
-    angle = 1e-3 * arrival_error_mrad("VV", scene.wavelength_m)
+    angle, held = 1e-3 * arrival_error_mrad("VV", scene.wavelength_m), scene.resolved_retrieval.diffraction_mrad
     hidden = link.shadowed_share(case.radar, case.resolved.look_slope_variance)
     bent = math.sqrt(hidden) / math.hypot(1.0 / (angle * case.middle_m), 1.0 / max(case.resolved.elevation_std, 1e-9))
     error, source = f"m rms of height {case.place}", "maps with knife edges; full waves turn cells more, HH most"
     if scene.tracing.diffraction != "none":
-        says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error holds so much"
+        says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error holds "
+        says += "so much" if held else "nothing of it"
         yield row("what diffraction does to heights", bent, error, source, says)
         return
-    says = "rays are straight, and the stated error holds nothing of it; tracing.diffraction = 'knife_edge'"
+    says = f"rays are straight, and the stated error holds {'so much' if held else 'nothing of it'}; "
+    says += "tracing.diffraction = 'knife_edge'"
     yield row("diffraction beside crests", bent, error, source, says)
     to_shade = 0.5 * case.resolved.peak_length  # from a crest: at most a wave, half of one in the mean
     blur = edge_blur_m(scene.wavelength_m, case.middle_m, to_shade)

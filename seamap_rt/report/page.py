@@ -158,7 +158,7 @@ def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
         "visible_fraction": ("Visible share", percent),
         "cells": ("Cells", decimals(0)),
     }
-    if scene.tracing.diffraction != "none":
+    if metrics.get("illumination") not in (None, metrics.get("visible_fraction")):  # without diffraction one
         columns["illumination"] = ("Power with diffraction", percent)
     note = "Cells more than half visible; bins of few are not drawn."
     return columns_table("Against range", columns, lambda key: reduce.series(metrics.get(key), bins), note)

@@ -35,7 +35,7 @@ ring is its, and how that changes from up- to down-wind is theory's. The other m
 wind direction too.
 
 Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²) times that of the scatterers' own motion.
-The spread of power from cell to cell comes from the resolved waves, and from sea spikes and patches of breakers where
+The spread of power from cell to cell comes from the resolved waves, from sea spikes, and from patches of breakers where
 they are asked for.
 
 Evidence: validation/models/scattering.md.

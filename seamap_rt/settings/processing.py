@@ -49,9 +49,7 @@ class RetrievalSettings(Section):
         float | None,
         Ge(0.0),
         Le(100.0),
-        Meaning(
-            "mrad", "an angle", left_out="0; for recordings and with tracing.diffraction 1 (VV) or 1.5 (HH) at 3 cm"
-        ),
+        Meaning("mrad", "an angle", left_out="0; for recordings and with tracing.diffraction 1 to 1.5 at 3 cm"),
     ] = None
     """Error of the angle of arrival | Error of the angle at which echoes arrive over the crests before them, by
     diffraction, if all water around were hidden. That times the range and the root of the hidden share, at most the

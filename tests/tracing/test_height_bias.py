@@ -14,6 +14,7 @@ from validation.light.height_bias import height_bias, over_edges
 from validation.light.wave_shadows import WAVELENGTH_M
 
 X = np.arange(60.0, 120.0, 0.02)
+GRID = 1.8, 3.0, False  # deg, m, no circle
 
 
 @pytest.mark.parametrize("off_m", [-0.1, 0.05])
@@ -38,8 +39,8 @@ def test_the_error_grows_with_range_and_hidden_share_up_to_the_seas_own_height(s
     """Near by the angle times the range, far off the sea's rms, both times the root of what is hidden: none where all
     is in sight."""
     ranges = np.array([1e-3, 10.0, 1e6])
-    height = np.full((20, 3), 0.5)
-    error = diffraction_error(np.full(height.shape, share), height, np.full(height.shape, 0.1), ranges, 2e-3)
+    height = np.tile([[2.5], [3.5]], (10, 3))  # ± 0.5 m about a level that does not matter
+    error = diffraction_error(np.full(height.shape, share), height, np.full(height.shape, 0.1), ranges, GRID, 2e-3)
     root = np.sqrt(1.0 - share)
     exact = root * np.array([2e-6, 1.0 / np.hypot(1.0 / 2e-2, 1.0 / 0.5), 0.5])
     np.testing.assert_allclose(error, np.broadcast_to(exact, error.shape), rtol=1e-5, atol=1e-12)
@@ -48,7 +49,25 @@ def test_the_error_grows_with_range_and_hidden_share_up_to_the_seas_own_height(s
 def test_no_height_known_or_no_angle_is_no_error() -> None:
     height, ranges = np.full((4, 3), np.nan), np.array([10.0, 20.0, 30.0])
     for known, angle in ((height, 2e-3), (np.ones((4, 3)), 0.0)):
-        np.testing.assert_array_equal(diffraction_error(height, known, known, ranges, angle), 0.0)
+        np.testing.assert_array_equal(diffraction_error(height, known, known, ranges, GRID, angle), 0.0)
+
+
+def test_the_error_goes_round_with_a_circle_and_not_by_how_finely_it_is_sampled() -> None:
+    """A map turned by a quarter has the error turned; one of half as wide looks has the same at the same places, to
+    the step of a look in a mean over fifteen; what does not echo counts as hidden."""
+    random = np.random.default_rng(5)
+    ranges, height = np.arange(20.0, 80.0, 1.5), random.normal(size=(200, 40))
+    share = np.repeat(random.uniform(size=(40, 40)), 5, axis=0)
+    spread, circle = np.full(share.shape, 0.1), (1.8, 1.5, True)
+    error = diffraction_error(share, height, spread, ranges, circle, 2e-3)
+    turned = (np.roll(each, 50, axis=0) for each in (share, height, spread))
+    np.testing.assert_allclose(diffraction_error(*turned, ranges, circle, 2e-3), np.roll(error, 50, axis=0), rtol=1e-9)
+    finer = (np.repeat(each, 2, axis=0) for each in (share, height, spread))
+    found = diffraction_error(*finer, ranges, (0.9, 1.5, True), 2e-3)[::2]
+    np.testing.assert_allclose(found, error, rtol=0.1)
+    silent = diffraction_error(np.where(share < 0.3, np.nan, share), height, spread, ranges, circle, 2e-3)
+    dark = diffraction_error(np.where(share < 0.3, 0.0, share), height, spread, ranges, circle, 2e-3)
+    np.testing.assert_array_equal(silent, dark)
 
 
 def test_height_bars_hold_it_and_nothing_else_changes() -> None:
