@@ -290,7 +290,7 @@ class Simulator:
 def spikes_of(scene: Scene, sea: Sea) -> SpikeField | None:
     """The run's breakers as single events, where its scene has them."""
     settings = scene.scattering
-    if not (settings.sea_spikes and settings.breaking and settings.nrcs == "two_scale"):
+    if not settings.has_sea_spikes:
         return None
     found = sea_spikes(settings.wind_speed_m_s, settings.inverse_wave_age, scene.radar.frequency_hz)
     return None if found is None else SpikeField(found, scene.seed, settings.wind_from_deg, sea.current)

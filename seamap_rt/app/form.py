@@ -201,7 +201,7 @@ class Form:
         written = self.draft.tree_value(field.key)
         value = written if written is not None else (None if field.optional else self.draft.value(field.key))
         if field.kind == "switch":
-            element.value = bool(value)
+            element.value = None if field.optional and value is None else bool(value)  # None: neither, by other keys
         elif field.kind == "choice":
             element.value = value if value in field.choices else ("" if field.optional else None)
         else:

@@ -210,7 +210,7 @@ def _no_scattering(case: Case) -> Iterator[Row]:
         yield patches(
             case, "breakers gather on the resolved waves alone; scattering.texture = true has patches of them"
         )
-    if scattering.breaking and not scattering.sea_spikes:
+    if scattering.breaking and not scattering.has_sea_spikes:
         says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
         yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.place}", "Watts & Wicks (1990)", says)
     elif not scattering.breaking:

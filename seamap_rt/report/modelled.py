@@ -28,7 +28,7 @@ from ..scattering.sea_spikes import sea_spikes
 from ..scattering.texture import Texture
 from ..scene import Scene
 from ..sea import ResolvedSea, ResolvedWaves
-from ..settings import PlatformSettings, RadarSettings, ScatteringSettings
+from ..settings import PlatformSettings, RadarSettings
 
 Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, unit, source
 Rows = Sequence[Mapping[str, Any]]
@@ -236,7 +236,7 @@ def _echoes(case: Case) -> Iterator[Row]:
         "Bragg waves and mirrors on each facet, tilted by it and by the waves that the mesh does not carry": theory,
         "their height modulated by the strain of the resolved waves": theory and scattering.hydrodynamic_modulation,
         "breakers, most of them where the resolved waves converge": theory and scattering.breaking,
-        "each a burst that runs with its wave, grows and fades": _spikes(scattering),
+        "each a burst that runs with its wave, grows and fades": scattering.has_sea_spikes,
         f"mean{around} calibrated to {paper}, shadowing counted once": theory and model is not None,
         "theory's own mean": theory and model is None,
     }
@@ -246,7 +246,7 @@ def _echoes(case: Case) -> Iterator[Row]:
         level, error, source = -float(db(case.level(case.middle_m))), MEAN_ECHO, f"σ0 of {scattering.nrcs} below 1"
     yield row("scattering", level, f"{error} {case.place}", source, f"{scattering.polarization}: {_join_true(says)}")
 
-    if _spikes(scattering):
+    if scattering.has_sea_spikes:
         spikes = sea_spikes(scattering.wind_speed_m_s, scattering.inverse_wave_age, radar.frequency_hz)
         own = math.inf if spikes is None else float(spikes.shape(case.cell_m2))
         says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.place}"
@@ -369,10 +369,6 @@ def _boat(case: Case) -> Iterator[Row]:
         yield row("objects", max(over), "dB over the sea in its cell, at most", "rcs/(σ0 A) of each", says)
     elif objects:
         yield row("objects", float(len(objects)), "objects would not hide the sea", "their number", says)
-
-
-def _spikes(scattering: ScatteringSettings) -> bool:
-    return scattering.nrcs == "two_scale" and scattering.breaking and scattering.sea_spikes
 
 
 def _join_true(words: Mapping[str, bool]) -> str:

@@ -31,7 +31,7 @@ class ScatteringSettings(Section):
     """Whether a measured model's formula runs on beyond the winds and frequencies of its paper."""
     breaking: Annotated[bool, _TWO_SCALE] = True
     """Breakers, which know no polarization and so raise HH."""
-    sea_spikes: Annotated[bool, _TWO_SCALE] = True
+    sea_spikes: Annotated[bool | None, Meaning(left_out="true in HH, false in VV"), _TWO_SCALE] = None
     """Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each facet,
     with the same mean."""
     texture: Annotated[bool, _TWO_SCALE] = False
@@ -67,6 +67,12 @@ class ScatteringSettings(Section):
     """Temperature of the water."""
     salinity_psu: Annotated[float, Ge(0.0), Le(40.0), Meaning("psu", _RANGE)] = 35.0
     """Salinity of the water."""
+
+    @property
+    def has_sea_spikes(self) -> bool:
+        """Whether breakers are single events: as asked for, else in HH, whose texture they make."""
+        wanted = self.polarization == "HH" if self.sea_spikes is None else self.sea_spikes
+        return wanted and self.breaking and self.nrcs == "two_scale"
 
     @property
     def mean_model(self) -> str | None:

@@ -71,12 +71,9 @@ def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("keys", "done", "missing"),
     [
-        (
-            {"scattering__sea_spikes": False},
-            "breakers, most of them where the resolved waves converge",
-            "a breaker's life",
-        ),
-        ({}, "a Poisson process of breakers", "shadows of waves that are not resolved"),
+        ({}, "breakers, most of them where the resolved waves converge", "a breaker's life"),
+        ({"scattering__sea_spikes": True}, "a Poisson process of breakers", "shadows of waves that are not resolved"),
+        ({"scattering__polarization": "HH"}, "a Poisson process of breakers", "shadows of waves that are not resolved"),
         ({"scattering__texture": True}, "lognormal patches", "shadows of waves that are not resolved"),
         ({}, "breakers", "scattering.texture = true has patches"),
         ({"scattering__breaking": False}, "strain of the resolved waves", "scattering.breaking = false"),
@@ -122,12 +119,14 @@ def test_the_account_follows_the_keys(keys: dict[str, Any], done: str, missing: 
 
 def test_what_is_modelled_is_not_called_missing() -> None:
     _, default = account()
-    for word in ("scattering.breaking = false", "own velocity", "tilt alone", "own range", "a breaker's life"):
+    for word in ("scattering.breaking = false", "own velocity", "tilt alone", "own range", "diffraction beside"):
         assert word not in default
     for word in ("contrast of the mean", "theory goes on"):
         assert word not in default
-    assert "sea spikes" in account()[0]
-    assert "sea spikes" not in account(scattering__breaking=False)[0]
+    spiky, without = account(scattering__polarization="HH")
+    assert "sea spikes" in spiky
+    assert "a breaker's life" not in without
+    assert "sea spikes" not in account(scattering__polarization="HH", scattering__breaking=False)[0]
     assert "diffraction at shadow edges" not in default
     _, whole = account(radar__sector_deg=[0.0, 360.0])
     assert "the rest of the circle" not in whole
