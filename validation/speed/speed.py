@@ -55,6 +55,7 @@ def main() -> None:
         parser.add_argument(f"--{name}", action="store_true")
     arguments = parser.parse_args()
     changes = dict(pair.split("=", 1) for pair in arguments.set)
+    medians = []
     for tracer in ("facets", "horizon"):
         scene = sr.load_scene(arguments.scene, overrides={**changes, "tracing.tracer": tracer})
         simulator = Simulator(scene)
@@ -71,7 +72,11 @@ def main() -> None:
         factor, wall = real_time_factor(scene.turn_duration_s, figures), warm_wall(figures)
         assert wall is not None
         print(f"a run with files: {wall / arguments.turns:.3f} s a warm turn, real time {factor:.2f}")
-    print(f"peak memory {peak_memory() / 2**30:.2f} GiB")
+        seconds = [*(f"{warm[stage]:.2f}" for stage in STAGES), f"{wall / arguments.turns:.2f}", f"{factor:.1f}"]
+        medians.append(" | ".join((tracer, *seconds)))
+    print(f"peak memory {peak_memory() / 2**30:.2f} GiB\n\n**seconds of a warm turn, medians**\n")
+    print(f"| tracer | {' | '.join(STAGES)} | a run's turn | real time |\n" + "|---" * (len(STAGES) + 3) + "|")
+    print("\n".join(f"| {row} |" for row in medians))
     for name in BESIDE:
         if getattr(arguments, name):
             print(f"\n{name}", flush=True)
