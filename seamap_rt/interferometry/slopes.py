@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import uniform_filter1d
 from scipy.special import erf, erfcx
 
 from ..compute.compiled import compiled
@@ -285,8 +285,8 @@ def diffraction_error(
     sea = max(float(np.sqrt(np.sum(weight * (level - mean) ** 2) / weight.sum())), 1e-6)
     width, spacing, closed = grid
     size = [1 + 2 * round(0.5 * (each / step - 1.0)) for each, step in zip(_AROUND, (width, spacing), strict=True)]
-    mode = ["wrap" if closed else "nearest", "nearest"]
-    hidden = 1.0 - uniform_filter(np.nan_to_num(share), size=[max(1, n) for n in size], mode=mode)
+    seen = uniform_filter1d(np.nan_to_num(share), max(1, size[0]), axis=0, mode="wrap" if closed else "nearest")
+    hidden = 1.0 - uniform_filter1d(seen, max(1, size[1]), axis=1, mode="nearest")
     return np.sqrt(np.clip(hidden, 0.0, 1.0)) / np.hypot(1.0 / (angle * ranges), 1.0 / sea)
 
 

@@ -60,10 +60,11 @@ def test_the_error_goes_round_with_a_circle_and_not_by_how_finely_it_is_sampled(
     share = np.repeat(random.uniform(size=(40, 40)), 5, axis=0)
     spread, circle = np.full(share.shape, 0.1), (1.8, 1.5, True)
     error = diffraction_error(share, height, spread, ranges, circle, 2e-3)
-    turned = (np.roll(each, 50, axis=0) for each in (share, height, spread))
-    np.testing.assert_allclose(diffraction_error(*turned, ranges, circle, 2e-3), np.roll(error, 50, axis=0), rtol=1e-9)
-    finer = (np.repeat(each, 2, axis=0) for each in (share, height, spread))
-    found = diffraction_error(*finer, ranges, (0.9, 1.5, True), 2e-3)[::2]
+    there, level, bars = (np.roll(each, 50, axis=0) for each in (share, height, spread))
+    turned = diffraction_error(there, level, bars, ranges, circle, 2e-3)
+    np.testing.assert_allclose(turned, np.roll(error, 50, axis=0), rtol=1e-9)
+    there, level, bars = (np.repeat(each, 2, axis=0) for each in (share, height, spread))
+    found = diffraction_error(there, level, bars, ranges, (0.9, 1.5, True), 2e-3)[::2]
     np.testing.assert_allclose(found, error, rtol=0.1)
     silent = diffraction_error(np.where(share < 0.3, np.nan, share), height, spread, ranges, circle, 2e-3)
     dark = diffraction_error(np.where(share < 0.3, 0.0, share), height, spread, ranges, circle, 2e-3)
