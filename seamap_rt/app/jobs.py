@@ -310,7 +310,7 @@ def _last_line(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Progress:
-    """line: what the command says. share: done of all, 0 to 1. turns: whole ones. left_s: None where nobody knows."""
+    """line: what the command says. share: done of all, 0 to 1. turns: whole ones. left_s: None where it is unknown."""
 
     line: str
     share: float
@@ -320,7 +320,7 @@ class Progress:
 
 
 def read_progress(path: Path, job: Job, now: float | None = None, pace: float | None = 1.0) -> Progress:
-    """How far a job is, by its progress file. pace: of this machine over the guesses'; None where nobody knows."""
+    """How far a job is, by its progress file. pace: of this machine over the guesses'; None where it is unknown."""
     if job.state == "queued":
         return Progress("waits", 0.0, 0, 0, None)
     now = time.time() if now is None else now

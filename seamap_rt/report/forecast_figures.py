@@ -282,7 +282,7 @@ def ahead_picture(ahead: BoatForecast, observed: Array | None = None, quiet: Arr
 def next_seconds(ahead: BoatForecast, observed: Array | None = None, quiet: Array | None = None) -> Figure:
     """One forecast at the boat, and the chances of quiet windows by when they begin.
 
-    observed: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where nobody knows.
+    observed: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where it is unknown.
     """
     wide = style.WIDTH - 0.74
     figure = style.new_figure(4.05 if ahead.windows else 2.45)

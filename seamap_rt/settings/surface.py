@@ -70,7 +70,7 @@ class ScatteringSettings(Section):
 
     @property
     def has_sea_spikes(self) -> bool:
-        """Whether breakers are single events: as asked for, else in HH, whose texture they make."""
+        """Whether breakers are single events: as `sea_spikes` says; if it is left out, in HH, which is spiky at sea."""
         wanted = self.polarization == "HH" if self.sea_spikes is None else self.sea_spikes
         return wanted and self.breaking and self.nrcs == "two_scale"
 

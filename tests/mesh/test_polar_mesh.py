@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point
 from seamap_rt.mesh.grid import PolarGrid, polar_grid
 from seamap_rt.mesh.surface import MovingSurface, SurfaceMesh, mesh_turn, submerged_lines
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import BEAMS_BEYOND, phase_centres, pulses, sector_width, turn_duration
 from seamap_rt.scene import Scene, load_scene
+from validation.analytic.profile import profile
 
 SECTORS = ([0.0, 360.0], [0.0, 350.0], [0.0, 354.0], [0.0, 345.0], [-30.0, 330.0], [200.0, 260.0])
 

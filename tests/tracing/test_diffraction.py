@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.facets import chord_point, profile
+from seamap_rt.mesh.facets import chord_point
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
@@ -22,6 +22,7 @@ from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 from validation.analytic.diffraction import knife_edge
+from validation.analytic.profile import profile
 from validation.analytic.shadowing import sinusoid_visible_intervals
 from validation.hard_cases.case import RadialSurface
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh, surface_mesh
-from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION
 from seamap_rt.mesh.grid import PolarGrid
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
@@ -23,6 +23,7 @@ from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.illumination import mitsuba
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
+from validation.analytic.profile import profile
 
 WATER = 55.0 - 37.5j
 

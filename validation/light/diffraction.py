@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt.mesh.facets import profile
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 
+from ..analytic.profile import profile
 from ..options import options
 
 HEIGHTS, STEP_M = 8192, 0.015  # of the march's grid: 123 m, absorbed beyond ±35 m

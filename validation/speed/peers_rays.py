@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
 
+from ..analytic.profile import profile
 from ..hard_cases.light import beside_an_edge
 from .peers_turn import Case, Floor, OneSheet, interleaved, ratio
 
