@@ -18,7 +18,7 @@ from seamap_rt.mesh.surface import MovingSurface, SurfaceMesh, mesh_turn, submer
 from seamap_rt.radar.installation import Installation
 from seamap_rt.radar.scan import BEAMS_BEYOND, phase_centres, pulses, sector_width, turn_duration
 from seamap_rt.scene import Scene, load_scene
-from validation.analytic.profile import profile
+from validation.light.profile import profile
 
 SECTORS = ([0.0, 360.0], [0.0, 350.0], [0.0, 354.0], [0.0, 345.0], [-30.0, 330.0], [200.0, 260.0])
 

@@ -22,9 +22,9 @@ from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 from validation.analytic.diffraction import knife_edge
-from validation.analytic.profile import profile
 from validation.analytic.shadowing import sinusoid_visible_intervals
 from validation.hard_cases.case import RadialSurface
+from validation.light.profile import profile
 
 WAVELENGTH = 0.03
 TABLE = 3e-5  # F from the table (2e-5) and as complex64

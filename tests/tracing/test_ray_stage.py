@@ -23,7 +23,7 @@ from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.illumination import mitsuba
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
-from validation.analytic.profile import profile
+from validation.light.profile import profile
 
 WATER = 55.0 - 37.5j
 

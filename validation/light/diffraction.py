@@ -18,8 +18,8 @@ from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 
-from ..analytic.profile import profile
 from ..options import options
+from .profile import profile
 
 HEIGHTS, STEP_M = 8192, 0.015  # of the march's grid: 123 m, absorbed beyond ±35 m
 START_M = 40.0  # the field of a point source is handed over there

@@ -17,8 +17,8 @@ from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.horizon import trace_horizon
 
-from ..analytic.profile import profile
 from ..hard_cases.light import beside_an_edge
+from ..light.profile import profile
 from .peers_turn import Case, Floor, OneSheet, interleaved, ratio
 
 RTREE_DEG, RTREE_RAYS = 6.0, 100
