@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..io.sea_grid import fill_error
-from ..physics.dispersion import angular_frequency, group_speed
+from ..physics.dispersion import angular_frequency
 from ..settings.sea import MOST_POINTS_A_SIDE
 from .continued import ContinuedPatch
 from .fields import Kind, Term
@@ -370,7 +370,8 @@ def _whole_plane(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.co
 
 
 def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
-    """E(f, θ) of a recorded sea, by linear dispersion of its wavenumbers: rings of the plane, in directions."""
+    """E(f, θ) of a recorded sea, by linear dispersion of its wavenumbers: rings of the plane, in directions; nothing
+    is beyond the shortest wave that its points tell."""
     file = recorded_sea(path)
     return _spectrum(file, depth if file.depth_m is None else file.depth_m)
 
@@ -384,9 +385,9 @@ def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     east, north = lattice.east[None, :], lattice.north[:, None]
     k = np.hypot(east, north)
     edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]
-    while edges[-1] * lattice.step * _WIDER < lattice.limit:
+    while edges[-1] * lattice.step < lattice.limit:
         edges.append(edges[-1] * _WIDER)
-    rings = lattice.step * np.array(edges)
+    rings = lattice.step * np.array([*edges, edges[-1] * _WIDER])  # nothing is recorded in the last
     ring = np.searchsorted(rings, k) - 1
     from_deg = np.degrees(np.arctan2(-east, -north)) % 360.0
     sector = np.rint(from_deg * (_DIRECTIONS / 360.0)).astype(int) % _DIRECTIONS
@@ -394,7 +395,9 @@ def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     number = (ring * _DIRECTIONS + sector)[inside]
     energy = np.bincount(number, variance[inside], minlength=(rings.size - 1) * _DIRECTIONS)
     middle = 0.5 * (rings[1:] + rings[:-1])
-    per_hz = np.diff(rings) * group_speed(middle, depth) / (2.0 * np.pi)
-    density = energy.reshape(-1, _DIRECTIONS) / (per_hz[:, None] * 360.0 / _DIRECTIONS)
     frequency = np.asarray(angular_frequency(middle, depth)) / (2.0 * np.pi)
-    return TabulatedSpectrum(frequency, 360.0 / _DIRECTIONS * np.arange(_DIRECTIONS, dtype=np.float64), density, depth)
+    nodes = [max(0.0, 2.0 * frequency[0] - frequency[1]), *frequency, frequency[-1]]
+    width_hz = 0.5 * (np.array(nodes[2:]) - nodes[:-2])  # each ring's share of the trapezia between the rings
+    density = energy.reshape(-1, _DIRECTIONS) / (width_hz[:, None] * 360.0 / _DIRECTIONS)
+    from_deg = 360.0 / _DIRECTIONS * np.arange(_DIRECTIONS, dtype=np.float64)
+    return TabulatedSpectrum(frequency, from_deg, density, depth, tail_exponent=None)

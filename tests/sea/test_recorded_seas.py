@@ -261,7 +261,7 @@ def test_its_spectrum_is_that_of_the_waves_that_were_drawn(sea: Sea, data: xr.Da
     assert table.hs == pytest.approx(facts.height, rel=0.02)
 
 
-@pytest.mark.parametrize("waves", [2, 9, 15])  # in 32 m: a long one, and up to the shortest that metres tell
+@pytest.mark.parametrize("waves", [2, 9, 14, 15])  # in 32 m: a long one, and up to the shortest that metres tell
 def test_the_spectrum_of_a_single_wave_peaks_at_its_frequency(waves: int, tmp_path: Path) -> None:
     """To half of a ring, 8 % of the wavenumber or a step of it: 2 % of the frequency."""
     number, axis, times = 2.0 * np.pi * waves / 32.0, np.arange(32.0), STEP_S * np.arange(40)
@@ -272,6 +272,7 @@ def test_the_spectrum_of_a_single_wave_peaks_at_its_frequency(waves: int, tmp_pa
     data = data.assign_coords(time=("time", times, {"units": "s"}))
     table = recorded_spectrum(write(data, tmp_path / "wave.nc"), np.inf)
     assert table.peak_frequency_hz == pytest.approx(omega / (2.0 * np.pi), rel=0.02)
+    assert (0.25 * table.hs) ** 2 == pytest.approx(0.5 * 0.2**2, rel=1e-6)
 
 
 def test_a_scene_keeps_what_it_says_of_a_recorded_sea(data: xr.Dataset, tmp_path: Path) -> None:
