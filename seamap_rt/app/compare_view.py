@@ -15,12 +15,13 @@ from scipy.special import stdtrit
 
 from ..conventions import turn_name
 from ..metrics import BIN_M, HEADLINE_M, counts
+from ..report.page_elements import draw_images
 from . import drawing
 from .draft import flatten
 from .drawing import MapPanels, Panel, ground_raster
 from .folders import find_runs
 from .maps_panel import MapsPanel
-from .page import Image, Images, Page, choice, count_on, draw_images, flat_button, make_stage, number, slider, tile
+from .page import Image, Images, Page, choice, count_on, flat_button, make_stage, number, slider, tile
 from .panels import errors_by_range, range_pictures
 from .source import Results, Source, error_scale
 

@@ -19,9 +19,10 @@ from ..forecast_errors import warm
 from ..io.reading import read_whole_turns, results_exist
 from ..report.forecast_figures import BoatForecast, ahead_picture, errors_by_lead, verified_picture, window_picture
 from ..report.keys import words_of
+from ..report.page_elements import draw_images
 from ..settings import QuietSettings
 from . import drawing
-from .page import Image, Images, choice, count_on, draw_images, slider
+from .page import Image, Images, choice, count_on, slider
 from .verification import Verification
 
 if TYPE_CHECKING:

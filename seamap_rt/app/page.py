@@ -21,7 +21,7 @@ from nicegui import background_tasks, ui
 from ..conventions import written
 from ..errors import InputError
 from ..io.scenefile import list_shipped
-from ..report.page_elements import Image, Picture
+from ..report.page_elements import Image
 from . import drawing
 from .folders import Roots, kind_of
 from .jobs import Queue
@@ -273,11 +273,6 @@ def tile(words: str) -> tuple[ui.label, ui.row]:
 def number(value: float, digits: int) -> str:
     """As `written`, with separators from ten thousand on."""
     return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
-
-
-def draw_images(pictures: Iterable[Picture], dark: bool) -> list[Image]:
-    """Draw, for a light or a dark page; some tenths of a second each."""
-    return [each.image(dark) for each in pictures]
 
 
 class Images:

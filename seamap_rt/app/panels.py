@@ -21,11 +21,11 @@ from ..metrics import counts
 from ..physics.shadowing import SEEN_DB
 from ..report import curves, reduce, style
 from ..report import maps as report_maps
-from ..report.page_elements import Picture
+from ..report.page_elements import Picture, draw_images
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing
 from .drawing import Figure
-from .page import Image, Images, choice, draw_images, slider, tile
+from .page import Image, Images, choice, slider, tile
 from .prospects import Prospects, prospects
 from .source import Source
 

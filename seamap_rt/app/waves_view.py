@@ -25,12 +25,13 @@ from ..prediction import Follower, advise, predictor_of, vessel_of
 from ..report.advice_figure import advice_picture
 from ..report.forecast_figures import BoatForecast
 from ..report.gauge_figures import gauge_picture
+from ..report.page_elements import draw_images
 from ..report.spectrum_figures import Density, map_spectra_picture, wave_height_pictures
 from ..settings import PredictionSettings
 from ..wavefield.sea_state import TurnSpectrum, water_of
 from . import drawing
 from .forecast_view import ForecastPanel, read_ahead
-from .page import Image, Images, draw_images, number
+from .page import Image, Images, number
 from .panels import Content, FiguresPanel
 from .prospects import prospects
 from .source import Results, Source

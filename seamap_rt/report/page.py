@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +21,14 @@ from .headline import fold_warning, ground_warning, headline, run_line, sea_rows
 from .page_elements import (
     NOTHING,
     Fold,
+    Image,
     Picture,
     Table,
     columns_table,
     count,
     decimals,
     digits,
+    draw_images,
     html_page,
     metres,
     percent,
@@ -50,19 +52,19 @@ def write_report(
     gauges: xr.Dataset | None = None,
     verified: VerifiedForecasts | None = None,
     windows: Windows | None = None,
+    draw: Callable[[Sequence[Picture]], list[Image]] = draw_images,
 ) -> Path:
     """Draw the figures into `directory` and write report.html there, which needs no other file; its path.
 
     Maps and the echo's picture show the last turn; figures against range show all turns, an animation one after the
     other. gauges: what the scene's wave gauges read. verified: what was forecast, beside the sea that came;
-    windows: the quiet ones among it.
+    windows: the quiet ones among it. draw: draws the pictures, in their order.
     """
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
-    shown = []
-    for picture in pictures(scene, maps, truth, metrics, echoes, gauges, verified, windows):
-        shown.append(picture.image())
-        write_whole(directory / f"{picture.name}.{shown[-1].kind}", shown[-1].data)
+    shown = draw(list(pictures(scene, maps, truth, metrics, echoes, gauges, verified, windows)))
+    for image in shown:
+        write_whole(directory / f"{image.name}.{image.kind}", image.data)
     answer = verdict(metrics)
     path = directory / REPORT
     page = html_page(
@@ -278,7 +280,7 @@ def _height_maps(run: _Run) -> Picture:
         "lit or not. (b) What the retrieval made of the echoes, "
         f"{averaged}, on the same scale. (c) Their "
         "difference, on its own scale; unlike the figures against range it includes cells that are less than half "
-        f"visible. (d) The standard error that the retrieval states for itrun. {run.blank}Colour bars end in arrows "
+        f"visible. (d) The standard error that the retrieval states for itself. {run.blank}Colour bars end in arrows "
         "where values lie beyond. North is up, the antenna (triangle) at the origin; azimuth is time, since a turn "
         f"takes {run.scene.turn_duration_s:.3g} s and the waves move on meanwhile{snapshot}." + run.which_turn,
         lambda: maps.height_maps(run.scene, run.retrieved, run.truth),
@@ -316,7 +318,7 @@ def _graphs(run: _Run) -> Iterator[Picture]:
         "rms, robust (1.4826 × the median absolute deviation, blind to outliers) and mean (positive: retrieved too "
         "high; the truth is the mean of the whole cell, while the radar sees crests more than troughs). Dashed: "
         "the median of the retrieval's own standard error in the same cells; where it lies below the rms, the "
-        f"retrieval is too sure of itrun. Over {run.judged}: rms "
+        f"retrieval is too sure of itself. Over {run.judged}: rms "
         f"{words['Height error, rms']}, robust {words['Height error, robust']}, bias {words['Height bias']}. (c) "
         "The rms error of the slope, as metrics.json gives it.",
         lambda: curves.error_against_range(run.retrieved, run.truth, run.metrics),

@@ -60,6 +60,11 @@ class Image(NamedTuple):
         return cls(title.lower().replace(" ", "_"), title, f"{title}: {caption}", caption, png)
 
 
+def draw_images(pictures: Iterable[Picture], dark: bool = False) -> list[Image]:
+    """Draw, for a light or a dark page; some tenths of a second each."""
+    return [each.image(dark) for each in pictures]
+
+
 class Cell(NamedTuple):
     """A cell of a table: its text, and the number by which it is sorted; None: by the text."""
 

@@ -1,4 +1,6 @@
-"""A second process beside a run: it loads what draws while the first one simulates, and then draws the report.
+"""A second process beside a run: it loads what draws while the first one does its part, and then draws the report.
+
+The pictures are drawn by two processes, where a process can be forked.
 
 In an installation that has compiled no loop yet it first compiles the retrieval's, by retrieving some waves, while the
 first process compiles the simulation's. Both keep what they compile on disk, where the other finds it.
@@ -7,14 +9,18 @@ first process compiles the simulation's. Both keep what they compile on disk, wh
 from __future__ import annotations
 
 import contextlib
+import gc
+import multiprocessing
 import pickle
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
+if TYPE_CHECKING:
+    from ..report.page_elements import Image, Picture
 
 _ANSWER = f"from {__name__} import answer; answer()"
 
@@ -67,22 +73,69 @@ def write_report(*given: Any) -> Path:
 def answer() -> None:
     """Draw the report that is sent on the standard input; the answer is its path, or an error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that it serves
+    gc.disable()  # the process is short, and compiling makes many objects
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     if not is_compiled():
         compile_retrieval()
     from ..report import page
 
-    _ = page.write_report  # loads Matplotlib
+    _load_libraries()
     try:
         given = pickle.load(sys.stdin.buffer)
     except EOFError:
         return
     try:
-        drawn: Any = page.write_report(*given)
+        drawn: Any = page.write_report(*given, draw=draw_in_two)
     except Exception as error:
         drawn = error
     pickle.dump(drawn, answers)
     answers.flush()
+
+
+def _load_libraries() -> None:
+    """Load what drawing loads at its first figure: Matplotlib's fonts and text, and dask, of which xarray asks."""
+    import numpy as np
+    import xarray as xr
+
+    from ..report import style
+
+    figure = style.new_figure(1.0, 1.0)
+    style.place(figure, 0.2, 0.2, 0.6, 0.6).set_title("m²")
+    style.png(figure)
+    xr.Dataset({"a": ("x", np.zeros(1))})
+
+
+def draw_in_two(pictures: Sequence[Picture]) -> list[Image]:
+    """The images of the pictures, drawn by this process, which must have no other thread, and a child of it: each takes
+    the next one.
+
+    What fails in the child is drawn here again, where it says why. Linux alone forks: elsewhere libraries forbid it.
+    """
+    from ..report.page_elements import draw_images
+
+    if sys.platform != "linux":
+        return draw_images(pictures)
+    forked = multiprocessing.get_context("fork")
+    left = forked.Value("i", len(pictures))  # from the last one: the echo's, which is read from the disk, takes longest
+    receiver, sender = forked.Pipe(duplex=False)
+
+    def draw() -> dict[int, Image]:
+        made = {}
+        while True:
+            with left.get_lock():
+                left.value = number = left.value - 1
+            if number < 0:
+                return made
+            made[number] = pictures[number].image()
+
+    child = forked.Process(target=lambda: sender.send(draw()), daemon=True)
+    child.start()
+    sender.close()  # so that the child's end is the last one
+    made = draw()
+    with receiver, contextlib.suppress(EOFError):
+        made |= receiver.recv()
+    child.join()
+    return [made[n] if n in made else picture.image() for n, picture in enumerate(pictures)]
 
 
 def is_compiled() -> bool:
@@ -95,6 +148,8 @@ def is_compiled() -> bool:
 
 def compile_retrieval() -> None:
     """Retrieve a turn over waves that are high enough for the phase's cycle to be looked for."""
+    import numpy as np
+
     from ..conventions import ground_range, radar_wavenumber
     from ..echoes.dataset import echo_dataset
     from ..interferometry import retrieve

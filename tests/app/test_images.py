@@ -18,7 +18,6 @@ from matplotlib.text import Text
 from PIL import Image as Opened
 
 from seamap_rt.app.forecast_view import read_ahead
-from seamap_rt.app.page import draw_images
 from seamap_rt.app.panels import errors_by_range, range_pictures, read_shadowing
 from seamap_rt.app.prospects import _graphs, prospects
 from seamap_rt.app.source import Results, Source
@@ -34,7 +33,7 @@ from seamap_rt.report.forecast_figures import (
     window_pictures,
 )
 from seamap_rt.report.gauge_figures import gauge_picture
-from seamap_rt.report.page_elements import Picture
+from seamap_rt.report.page_elements import Picture, draw_images
 from seamap_rt.report.spectrum_figures import Density, draw_rose, map_spectra_picture, wave_height, wave_height_pictures
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import QuietSettings

@@ -37,6 +37,31 @@ print(*sorted(map(str, signatures() - before)), sep="\\n")
 """
 
 
+_DRAW = """
+import os, sys
+from seamap_rt.report.page_elements import Picture
+from seamap_rt.session.report_process import draw_in_two
+
+parent, dies = os.getpid(), "dies" in sys.argv
+
+def draw():
+    if dies and os.getpid() != parent:
+        os._exit(1)
+    return b"GIF of %d" % os.getpid()
+
+images = draw_in_two([Picture(str(n), "", "", "", draw) for n in range(5)])
+print(*[image.name for image in images], {image.kind for image in images}, len(images))
+"""
+
+
+@pytest.mark.parametrize("words", [(), ("dies",)])
+def test_two_processes_draw_all_pictures_in_their_order(words: tuple[str, ...]) -> None:
+    """Also where one of them is killed with what it has drawn."""
+    command = [sys.executable, "-c", _DRAW, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60.0)
+    assert (done.returncode, done.stdout.split()) == (0, [*"01234", "{'gif'}", "5"]), done.stderr
+
+
 def _given(run: Run, folder: Path) -> tuple[Any, ...]:
     return folder, run.scene, run.maps, run.truth, run.metrics, run.echoes
 
