@@ -7,7 +7,10 @@ Ctrl-C and SIGTERM: whenever they come, and however often, the program ends with
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import gc
+import os
 import sys
 
 from .stops import Stops
@@ -18,14 +21,27 @@ def main(arguments: list[str] | None = None) -> None:
     if sys.platform == "win32":  # locks, limits of memory and signals are those of Unix
         print("seamap-rt: Windows: must be Linux or macOS; run it in WSL, as by wsl --install", file=sys.stderr)
         raise SystemExit(3)
+    codes: list[int] = []
     if arguments is None:
         gc.disable()  # what is loaded stays: to visit it again and again takes a tenth of a short command's time
+        atexit.register(_end_process, codes)  # the first that is registered is the last that is called
     stops = Stops()
     stops.begin()
     try:
         from .application import answer  # takes a second, in which signals may come
 
-        code = answer(arguments, stops)
+        sys.exit(answer(arguments, stops))
+    except SystemExit as ended:
+        codes += [ended.code] if isinstance(ended.code, int) else []
+        raise
     finally:
         stops.end(process=arguments is None)
-    sys.exit(code)
+
+
+def _end_process(codes: list[int]) -> None:
+    """End the process with the code, if a command gave one: Python would visit all that was loaded, half a second."""
+    with contextlib.suppress(OSError, ValueError):  # nobody reads on: Python says so
+        if codes:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(codes[0])

@@ -66,6 +66,8 @@ def command(
         def checked(*words: Any, **options: Any) -> int:
             check_memory(f"seamap-rt {examples[0].split()[0]}", need)
             if need is not A_MODEL:
+                gc.freeze()  # what is loaded stays; and a compiler makes objects by ten thousands
+                gc.set_threshold(10_000)
                 gc.enable()
             return function(*words, **options)
 

@@ -83,13 +83,14 @@ def run(
         raise InputError(f"--stream {stream}: sends forecasts; give --predict too")
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     describe_record(loaded)
-    from ..report.headline import forecast_line, verdict, warnings, window_line
-    from ..session import Stream
-    from ..session import run as run_scene
     from ..session.report_process import ReportProcess, is_compiled
 
-    also = "" if is_compiled() else " (compiling, once)"
     with streaming(stream, stream_format) as to, ReportProcess() as draw, progress() as say:
+        from ..report.headline import forecast_line, verdict, warnings, window_line  # a second, beside that process's
+        from ..session import Stream
+        from ..session import run as run_scene
+
+        also = "" if is_compiled() else " (compiling, once)"
         options = {"progress": lambda line: say(line + also), "draw": draw}
         sent = None if to is None else Stream(to, stream_format or "json")
         result = run_scene(loaded, out, predict=predict, overwrite=overwrite, stream=sent, **options)
