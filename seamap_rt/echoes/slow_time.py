@@ -216,7 +216,8 @@ def _interpolate(echo, zero, stride, weights, path, start, voltages):
             if number < 0:
                 row[:] = np.float32(np.nan)
             elif phase == 0:
-                row[:] = echo[node, number]
+                for n in range(row.size):  # loops: to assign a part of an array takes the compiler two seconds
+                    row[n] = echo[node, number, n]
             else:
                 first = node - taps // 2 + 1
                 for tap in range(0, taps, 2):  # two at a time: the row is read and written half as often

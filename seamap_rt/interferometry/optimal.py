@@ -133,7 +133,8 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                 _add_sea(row, i + 1, near, near.east[i], near.north[i], pairs, per_spacing, 1.0, corner, shares)
                 _add_errors(row, i, near, together, beside)
                 row[i] += rounding
-                given[i, _SIDES : _SIDES + i + 1] = row[: i + 1]
+                for j in range(i + 1):
+                    given[i, _SIDES + j] = row[j]
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
@@ -157,7 +158,8 @@ def interpolate(cells, sea_tables, half, errors, first, last, estimate):
                 for i in range(count):
                     innovation += left[i, _MEASURED] ** 2 * inverse[i]
                     innovations += inverse[i] > 0.0
-            of_slopes[:, :, look] = slope
+            for n in range(3):
+                of_slopes[0, n, look], of_slopes[1, n, look] = slope[0, n], slope[1, n]
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
@@ -204,7 +206,7 @@ def _remove_looks(given, near, count, high):
             given[i, _MEASURED] = given[i + out, _MEASURED]
             for j in range(_SIDES, _SIDES + i + 1):
                 given[i, j] = given[i + out, out + j]
-        for i in range(kept):  # loops: to copy parts of arrays takes the compiler eight seconds
+        for i in range(kept):  # loops, as everywhere here: to assign parts of arrays takes the compiler seconds
             was = i + out
             near.east[i], near.north[i], near.variance[i] = near.east[was], near.north[was], near.variance[was]
             near.look[i], near.gate[i] = near.look[was], near.gate[was]
