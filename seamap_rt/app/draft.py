@@ -35,7 +35,7 @@ class Field:
     kind: str
     label: str
     unit: str
-    choices: tuple[str, ...]
+    choices: tuple[str | bool, ...]
     default: str
     optional: bool
     help: str
@@ -126,7 +126,9 @@ def _kind_of(key: Schema, entry: Any) -> Schema:
 def _field(path: str, key: Schema, required: bool) -> Field:
     kinds = [kind for kind in key.get("anyOf", [key]) if kind.get("type") != "null"]
     types = {kind.get("type") for kind in kinds}
-    choices: tuple[str, ...] = ()
+    choices: tuple[str | bool, ...] = ()
+    default = key.get("default")
+    optional = not required and default is None
     leaf = path.rsplit(".", 1)[-1]
     if leaf in ("file", "mesh"):
         kind = "file"
@@ -135,17 +137,15 @@ def _field(path: str, key: Schema, required: bool) -> Field:
     elif any("enum" in each for each in kinds):
         kind, choices = "choice", tuple(kinds[0]["enum"])
     elif "boolean" in types:
-        kind = "switch"
+        kind, choices = ("choice", (True, False)) if optional else ("switch", ())
     elif "array" in types:
         kind = "list"
     elif types & {"number", "integer"}:
         kind = "number"
     else:
         kind = "text"
-    default = key.get("default")
     unit = shown_unit(path, key.get("unit"))
     placeholder = "needed" if required else (key.get("left_out", "") if default is None else shown_value(path, default))
-    optional = not required and default is None
     return Field(path, kind, label_of(path), unit, choices, placeholder, optional, _help(path, key, kind))
 
 

@@ -136,8 +136,8 @@ class Form:
         if field.kind == "switch":
             element: Any = ui.switch(label)
         elif field.kind == "choice":
-            left_out = {"": "—"} if field.optional else {}
-            element = ui.select({**left_out, **{each: each.replace("_", " ") for each in field.choices}}, label=label)
+            left_out = {"": f"— {field.default}".strip()} if field.optional else {}
+            element = ui.select({**left_out, **{each: _choice_in_words(each) for each in field.choices}}, label=label)
             element.props("dense outlined options-dense hide-bottom-space")
         else:
             element = ui.input(label, placeholder=field.default if len(field.default) < 48 else "left out")
@@ -169,8 +169,8 @@ class Form:
         value, leaf = element.value, field.key.rsplit(".", 1)[-1]
         if field.kind in ("number", "list"):
             value = read_value(field.key, value or "")
-        elif field.kind != "switch":
-            value = value or ("" if field.key == "title" else None)
+        elif value in ("", None):
+            value = "" if field.key == "title" else None
         if leaf == "spectrum":
             self.draft.kind(field.key.rsplit(".", 1)[0], "spectrum", str(value))
         else:
@@ -201,8 +201,12 @@ class Form:
         written = self.draft.tree_value(field.key)
         value = written if written is not None else (None if field.optional else self.draft.value(field.key))
         if field.kind == "switch":
-            element.value = None if field.optional and value is None else bool(value)  # None: neither, by other keys
+            element.value = bool(value)
         elif field.kind == "choice":
             element.value = value if value in field.choices else ("" if field.optional else None)
         else:
             element.value = shown_value(field.key, value)
+
+
+def _choice_in_words(choice: str | bool) -> str:
+    return choice.replace("_", " ") if isinstance(choice, str) else "on" if choice else "off"

@@ -226,3 +226,19 @@ def test_a_key_that_does_not_matter_changes_no_scene_that_stands(roots: Roots) -
     draft.set("radar.receiver.chain", "digital")
     assert matters("radar.receiver.adc_bits", draft.value)
     assert not matters("radar.receiver.agc_headroom_db", draft.value)
+
+
+def test_a_key_that_may_be_left_out_has_a_third_choice(roots: Roots) -> None:
+    """Sea spikes are on, off, or as the polarization wants: neither is shown as the other."""
+    draft = Draft.shipped("choppy_sea", roots)
+    fields = {field.key: field for part in parts_of(draft.tree) for field in part.fields}
+    spikes = fields["scattering.sea_spikes"]
+    assert (spikes.kind, spikes.optional, set(spikes.choices)) == ("choice", True, {True, False})
+    assert not any(field.optional for field in fields.values() if field.kind == "switch")
+    for choice in spikes.choices:
+        draft.set(spikes.key, choice)
+        assert draft.scene is not None
+        assert draft.scene.scattering.sea_spikes is choice
+    draft.set(spikes.key, None)
+    assert draft.scene is not None
+    assert draft.scene.scattering.sea_spikes is None
