@@ -4,7 +4,8 @@ python -m validation.evidence [--only NAME]… [--kind debug]… [--within MINUT
 
 Each study of STUDIES runs as a process of its own; what it prints becomes `validation/results/NAME.json` (version,
 commit, command, draw, machine, date, seconds, and its tables: title, columns, rows) and `NAME.md`, as soon as it ends.
-A result whose subject has not changed since is kept, unless --again. --draw N prints what `validate` studies find on
+A result whose subject has not changed since is kept, unless --again; commits that say "(no bit changed)" are none, and
+`python -m validation.same OLD NEW` shows whether they are. --draw N prints what `validate` studies find on
 scenes drawn from N, and leaves the results on file.
 
     debug      cases whose answers are known: closed forms, published tables, exact solvers
@@ -285,15 +286,16 @@ def git(*words: str) -> str:
 
 
 def changes(name: str) -> int | None:
-    """How many commits touched the subject of a study since its result, by its date where its commit is not in this
-    history; None without a result."""
+    """How many commits changed what the subject of a study computes since its result, by its date where its commit is
+    not in this history; None without a result."""
     if not (RESULTS / f"{name}.json").exists():
         return None
     made = result(name)
     commit = made["commit"].split()[0]
     known = git("merge-base", commit, "HEAD") != ""
     since = [f"{commit}..HEAD"] if known else [f"--since={made['date']}", "HEAD"]
-    return len(git("log", "--format=%h", *since, "--", *made["subject"]).splitlines())
+    unchanged = ("--fixed-strings", "--invert-grep", "--grep=(no bit changed)")
+    return len(git("log", "--format=%h", *unchanged, *since, "--", *made["subject"]).splitlines())
 
 
 def make(name: str, draw: int | None = None) -> tuple[dict[str, Any], str]:

@@ -130,3 +130,21 @@ def test_a_study_leaves_its_rows_on_file_for_the_number_that_is_asked_for(
     assert evidence.result("drawn") == made
     assert "seas_7_1" in (tmp_path / "drawn.md").read_text(encoding="utf-8")
     assert evidence.changes("drawn") == 0
+
+
+def test_commits_that_change_no_bit_of_a_subject_leave_its_results_current(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(evidence, "ROOT", tmp_path)
+    monkeypatch.setattr(evidence, "RESULTS", tmp_path)
+    evidence.git("init", "-q")
+    counts = []
+    for number, subject in enumerate(("Add a sea", "Move the sea (no bit changed)", "Fix the sea")):
+        (tmp_path / "sea").write_text(str(number), encoding="utf-8")
+        evidence.git("add", "sea")
+        evidence.git("-c", "user.name=a", "-c", "user.email=a@b", "commit", "-q", "-m", subject)
+        if not number:
+            first = {"commit": evidence.git("log", "-1", "--format=%h"), "subject": ["sea"], "date": "", "tables": []}
+            evidence.write("waves", {"kind": "debug", "command": "", **first}, "")
+        counts.append(evidence.changes("waves"))
+    assert counts == [0, 0, 1]
