@@ -2,8 +2,9 @@
 
 The pictures are drawn by two processes, where a process can be forked.
 
-In an installation that has compiled no loop yet it first compiles the retrieval's, by retrieving some waves, while the
-first process compiles the simulation's. Both keep what they compile on disk, where the other finds it.
+In an installation that has compiled no loop yet it first compiles the sum of the echoes and the retrieval's loops, by
+summing no facet and retrieving some waves, while the first process compiles the rest of the simulation's. Both keep
+what they compile on disk, where the other finds it.
 """
 
 from __future__ import annotations
@@ -76,6 +77,7 @@ def answer() -> None:
     gc.disable()  # the process is short, and compiling makes many objects
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     if not is_compiled():
+        compile_sum()
         compile_retrieval()
     from ..report import page
 
@@ -144,6 +146,31 @@ def is_compiled() -> bool:
 
     loop: Any = optimal.interpolate
     return any(Path(loop.stats.cache_path).glob("optimal.interpolate-*.nbi"))
+
+
+def compile_sum() -> None:
+    """Sum one column of no facets."""
+    import numpy as np
+
+    from ..echoes.summation import batch
+    from ..echoes.summation.processor import sum_columns
+
+    number, real = np.zeros(1, int), np.zeros(1)
+    one = np.zeros((1, 1))
+    sum_columns(
+        batch.ColumnBatch(
+            window=1,
+            nodes=1,
+            columns=batch.Columns(number, np.zeros(2, int), number, real),
+            facets=batch.ListedFacets(number[:0], real[:0], one[:, :0], one[:, :0], np.zeros((1, 0), np.complex64)),
+            speckle=batch.Speckle(
+                np.zeros(1, np.uint64), np.zeros((1, 1, 1), np.complex64), 1, np.zeros((0, 1), np.float32)
+            ),
+            geometry=batch.Geometry(np.zeros((1, 2), int), 1.0, 1.0),
+            response=batch.RangeTable(np.zeros((1, 2), np.float32), 1.0, 0.0, 1.0),
+            beam=batch.Beam(np.zeros((1, 1, 2), np.float32), 1.0, one, real, real, real, one, one, one),
+        )
+    )
 
 
 def compile_retrieval() -> None:

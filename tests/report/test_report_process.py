@@ -21,14 +21,16 @@ _COMPARE = """
 import sys
 from numba.core.registry import CPUDispatcher
 from seamap_rt import load_scene, retrieve, simulate
-from seamap_rt.session.report_process import compile_retrieval
+from seamap_rt.session.report_process import compile_retrieval, compile_sum
 from seamap_rt.wavefield import sea_state
 
 def signatures():
-    own = [name for name in sys.modules if name.startswith(("seamap_rt.interferometry", "seamap_rt.wavefield"))]
+    parts = ("interferometry", "wavefield", "echoes.summation")
+    own = [name for name in sys.modules if name.startswith(tuple(f"seamap_rt.{part}" for part in parts))]
     loops = [each for name in own for each in vars(sys.modules[name]).values() if isinstance(each, CPUDispatcher)]
     return {(each.py_func.__qualname__, str(signature)) for each in loops for signature in each.signatures}
 
+compile_sum()
 compile_retrieval()
 before = signatures()
 sea_state(retrieve(simulate(load_scene("tiny", {"tracing.tracer": "horizon"})).echoes))
