@@ -54,7 +54,7 @@ def hindrance(polar: xr.Dataset) -> str:
     if received.any() and np.mean(unlike[received]) > _MOST:
         return "the antennas' echoes are too little alike (low coherence or unsure cycles): shorten radar.baseline_m"
     if strongest > _CLEAR_DB:
-        return f"too little of the sea in sight, shadow: raise radar.height_m, as to {2.0 * height:g} m"
+        return f"too little of the sea in sight, shadow: raise radar.height_m, as to {2.0 * height:.2g} m"
     middle = float(np.sqrt(ranges[judged][0] * ranges[-1]))
     return f"the echo lacks, not the light: {_stronger(polar, middle, strongest)}"
 
