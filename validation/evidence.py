@@ -135,7 +135,7 @@ STUDIES: dict[str, Study] = {
     ),
     "trade": Study("scene", 15, "claims.trade_heights", "studies metrics.py interferometry echoes"),
     "outlook": Study("validate", 40, "claims.outlook --first 1001 --designs 40 --masts", "design_outlook"),
-    "gauges": Study("scene", 1.5, "seamap_rt.cli run pier --out {out}", "gauges.py interferometry echoes"),
+    "gauges": Study("scene", 1.5, "retrieval.gauges", "gauges.py interferometry echoes"),
     "trade_visible": Study("scene", 30, "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
     "hidden_heights": Study("debug", 0.1, "light.hidden_heights", "tracing/diffraction.py"),
     "partly_shadowed": Study("scene", 1, "retrieval.partly_shadowed", _MAPS),

@@ -101,6 +101,16 @@ def main() -> None:
     table = xr.concat(tables, WAVE_HEIGHT, join="outer", combine_attrs="override")
     print(means(table["fully_measured_radius_m"])["mean"].to_series().unstack("radar.height_m").to_string())
     print("\n".join(headline(table)))
+    print("\n| sea, baseline | lowest mast within 5 % of the best, m | fully measured radius, m | surely, % |")
+    print("|---|---|---|---|")
+    for height, baseline in product(table[WAVE_HEIGHT].values, table["radar.baseline_m"].values):
+        of_one = table["fully_measured_radius_m"].sel({WAVE_HEIGHT: height, "radar.baseline_m": baseline})
+        choice = choose(of_one.dropna("seed"), "radar.height_m")
+        assert choice is not None
+        radius = float(of_one.sel({"radar.height_m": choice.value}).mean())
+        name = f"Hs {height:g} m, baseline {baseline:g} m"
+        print(f"| {name} | {choice.value:g} | {radius:.0f} | {100.0 * choice.confidence:.0f} |")
+    print()
     if arguments.judge:
         for line in judged(table):
             print(line)
