@@ -114,7 +114,8 @@ def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
     note = (
         f"Rungs {mesh['facet_m']:g} m apart, {mesh['columns_per_beam']} columns a beam; what forbids a coarser mesh: "
         f"{mesh['limited_by'] or NOTHING}. Predicted from the sea's spectrum, rms over cells more than half visible, "
-        "in the expectation over speckle; over the window, in the look that errs most, "
+        "in the expectation over speckle, by straight rays: of light that bends over crests a finer mesh draws other "
+        "errors, as large. Over the window, in the look that errs most, "
         f"{metres(mesh['height_error_m'])} and {digits(mesh['power_error_db'], 2)} dB."
     )
     columns = {
