@@ -15,9 +15,10 @@ a facet is lit or dark as a whole. M is the mean-square slope along the look tha
 convex in the slope, in HH all the more, and fades with it.
 
 The coefficients are fits to meshes of 0.25 to 1.5 m and of three to eight columns a beam, on a dozen seas and looks
-(`validation/light/detail.py`, by straight rays): over a window heights come out within a factor 1.5 for masts of a few metres. Under
-masts of 20 m and more, and in HH on calm seas, the model asks for up to twice too much; within three heights of the
-mast, under steep rays, errors may be three times as large, and single cells beside a shadow's edge larger still.
+(`validation/light/detail.py`, by straight rays): over a window heights come out within a factor 1.5 for masts of a few
+metres. Under masts of 20 m and more, and in HH on calm seas, the model asks for up to twice too much; within three
+heights of the mast, under steep rays, errors may be three times as large, and single cells beside a shadow's edge
+larger still. Light that bends over crests turns on finer details: other meshes draw other errors of it, as large.
 """
 
 from __future__ import annotations
