@@ -48,7 +48,7 @@ def wind_sea(height: float, period: float) -> dict[str, float]:
     return {"sea.waves.0.significant_wave_height_m": height, "sea.waves.0.peak_period_s": period}
 
 
-HH = {"scattering.polarization": "HH"}
+HH = {"scattering.polarization": "HH", "scattering.sea_spikes": False}  # spikes are drawn, mesh by mesh
 SHORT = {"radar.pulse_width_s": 1e-8, "radar.bandwidth_hz": 1e8, "radar.range_sampling_m": 0.75}
 CASES: dict[str, tuple[str, float, dict[str, Any]]] = {  # scene, look, other keys
     "1.4 m, up the waves": ("choppy_sea", 270.0, {}),
