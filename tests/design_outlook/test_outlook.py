@@ -314,9 +314,20 @@ def test_a_sector_counts_its_own_looks() -> None:
 
 
 def test_it_says_what_it_does_not_know() -> None:
-    assert sr.outlook("harbour").attrs["left_out"] == "objects and the boat's own structure, diffraction"
-    assert sr.outlook(CHOPPY).attrs["left_out"] == "diffraction"
-    assert sr.outlook(scene(tracing__diffraction="none")).attrs["left_out"] == ""
+    assert sr.outlook("harbour").attrs["left_out"] == "objects and the boat's own structure"
+    assert sr.outlook(CHOPPY).attrs["left_out"] == ""
+    assert sr.outlook(scene(scattering__polarization="HH")).attrs["left_out"] == "sea spikes"
+
+
+def test_bent_light_adds_the_error_of_the_bars() -> None:
+    """Angle × range × root of the hidden share, at most the sea's rms: nothing more, and nothing by straight rays."""
+    bent, straight = (sr.outlook(scene(tracing__diffraction=each)) for each in ("knife_edge", "none"))
+    added = bent["height_error"] ** 2 - straight["height_error"] ** 2
+    known = np.isfinite(added)
+    sigma, far = 1.4 / 4.0, 1e-3 * straight["range"]
+    assert (added[known] > 0.0).all()
+    assert (added[known] < 1.05 / (1.0 / far**2 + 1.0 / sigma**2)[known]).all()
+    assert bent.attrs["fully_measured_radius_m"] < straight.attrs["fully_measured_radius_m"]
 
 
 @pytest.mark.parametrize(
