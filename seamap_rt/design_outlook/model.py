@@ -14,7 +14,7 @@ from scipy.special import gammaincc
 from ..compute.machine import one_blas_thread
 from ..conventions import POLARIZATIONS, db, from_db, ground_range, written
 from ..errors import InputError
-from ..interferometry.slopes import AROUND, bent_error
+from ..interferometry.slopes import SHADOW_WINDOW, diffraction_height_error
 from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, CoverageProfile
 from ..physics.shadowing import SEEN_DB, half_range, half_range_refusal
@@ -162,8 +162,8 @@ def estimate_outlook(scene: Scene) -> Outlook:
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
     moves, angle = "", 1e-3 * (settings.diffraction_mrad or 0.0)
     if angle > 0.0 and sea > 0.0:
-        hidden = 1.0 - uniform_filter1d(visible.mean(axis=1), max(1, round(AROUND[1] / design.spacing)), axis=1)
-        error += bent_error(hidden, design.ranges, np.sqrt(sea), angle)[:, None] ** 2
+        hidden = 1.0 - uniform_filter1d(visible.mean(axis=1), max(1, round(SHADOW_WINDOW[1] / design.spacing)), axis=1)
+        error += diffraction_height_error(hidden, design.ranges, np.sqrt(sea), angle)[:, None] ** 2
     if motion is not None:
         error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
         moves = motion.in_words(design, waves)

@@ -171,7 +171,7 @@ _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response i
 _OBSERVATIONS = 2.0
 _SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
-AROUND = 27.0, 16.5  # deg and m, as wide as half a wave: what a crest hides and what it lights are in one mean
+SHADOW_WINDOW = 27.0, 16.5  # deg and m, as wide as half a wave: what a crest hides and what it lights are in one mean
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
 
 
@@ -284,13 +284,15 @@ def diffraction_error(
     mean = np.sum(weight * level) / weight.sum()
     sea = max(float(np.sqrt(np.sum(weight * (level - mean) ** 2) / weight.sum())), 1e-6)
     width, spacing, closed = grid
-    size = [1 + 2 * round(0.5 * (each / step - 1.0)) for each, step in zip(AROUND, (width, spacing), strict=True)]
+    size = [
+        1 + 2 * round(0.5 * (each / step - 1.0)) for each, step in zip(SHADOW_WINDOW, (width, spacing), strict=True)
+    ]
     seen = uniform_filter1d(np.nan_to_num(share), max(1, size[0]), axis=0, mode="wrap" if closed else "nearest")
     hidden = 1.0 - uniform_filter1d(seen, max(1, size[1]), axis=1, mode="nearest")
-    return bent_error(hidden, ranges, sea, angle)
+    return diffraction_height_error(hidden, ranges, sea, angle)
 
 
-def bent_error(hidden: Map, ranges: Map, sea: float, angle: float) -> Map:
+def diffraction_height_error(hidden: Map, ranges: Map, sea: float, angle: float) -> Map:
     """Error [m] (look, gate) of heights where a share `hidden` of the water around is hidden: the angle [rad] times the
     range [m] and the root of the share, at most the sea's rms height [m]. Angle and sea above 0."""
     return np.sqrt(np.clip(hidden, 0.0, 1.0)) / np.hypot(1.0 / (angle * ranges), 1.0 / sea)

@@ -387,7 +387,7 @@ def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]
     while edges[-1] * lattice.step < lattice.limit:
         edges.append(edges[-1] * _WIDER)
-    rings = lattice.step * np.array([*edges, edges[-1] * _WIDER])  # nothing is recorded in the last
+    rings = lattice.step * np.array([*edges, edges[-1] * _WIDER])  # the last holds nothing, and so no tail follows
     ring = np.searchsorted(rings, k) - 1
     from_deg = np.degrees(np.arctan2(-east, -north)) % 360.0
     sector = np.rint(from_deg * (_DIRECTIONS / 360.0)).astype(int) % _DIRECTIONS
@@ -400,4 +400,4 @@ def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     width_hz = 0.5 * (np.array(nodes[2:]) - nodes[:-2])  # each ring's share of the trapezia between the rings
     density = energy.reshape(-1, _DIRECTIONS) / (width_hz[:, None] * 360.0 / _DIRECTIONS)
     from_deg = 360.0 / _DIRECTIONS * np.arange(_DIRECTIONS, dtype=np.float64)
-    return TabulatedSpectrum(frequency, from_deg, density, depth, tail_exponent=None)
+    return TabulatedSpectrum(frequency, from_deg, density, depth)

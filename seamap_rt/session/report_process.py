@@ -74,11 +74,12 @@ def write_report(*given: Any) -> Path:
 def answer() -> None:
     """Draw the report that is sent on the standard input; the answer is its path, or an error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that it serves
-    gc.disable()  # the process is short, and compiling makes many objects
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     if not is_compiled():
+        gc.disable()  # compiling makes many objects that last; of figures, which refer to themselves, memory is freed
         compile_sum()
         compile_retrieval()
+        gc.enable()
     from ..report import page
 
     _load_libraries()
@@ -118,14 +119,15 @@ def draw_in_two(pictures: Sequence[Picture]) -> list[Image]:
     if sys.platform != "linux":
         return draw_images(pictures)
     forked = multiprocessing.get_context("fork")
-    left = forked.Value("i", len(pictures))  # from the last one: the echo's, which is read from the disk, takes longest
+    # From the last one: the echo's, which is read from the disk, takes longest.
+    remaining = forked.Value("i", len(pictures))
     receiver, sender = forked.Pipe(duplex=False)
 
     def draw() -> dict[int, Image]:
         made = {}
         while True:
-            with left.get_lock():
-                left.value = number = left.value - 1
+            with remaining.get_lock():
+                remaining.value = number = remaining.value - 1
             if number < 0:
                 return made
             made[number] = pictures[number].image()

@@ -261,12 +261,16 @@ def test_its_spectrum_is_that_of_the_waves_that_were_drawn(sea: Sea, data: xr.Da
     assert table.hs == pytest.approx(facts.height, rel=0.02)
 
 
-@pytest.mark.parametrize("waves", [2, 9, 14, 15])  # in 32 m: a long one, and up to the shortest that metres tell
-def test_the_spectrum_of_a_single_wave_peaks_at_its_frequency(waves: int, tmp_path: Path) -> None:
-    """To half of a ring, 8 % of the wavenumber or a step of it: 2 % of the frequency."""
-    number, axis, times = 2.0 * np.pi * waves / 32.0, np.arange(32.0), STEP_S * np.arange(40)
+@pytest.mark.parametrize(  # a long one, and up to the shortest that metres tell, in the last ring that holds any
+    ("waves", "side"), [(2, 32), (9, 32), (14, 32), (15, 32), (21, 44)]
+)
+def test_the_spectrum_of_a_single_wave_has_its_frequency_and_its_variance(
+    waves: int, side: int, tmp_path: Path
+) -> None:
+    """The peak to half of a ring, 8 % of the wavenumber or a step of it: 2 % of the frequency."""
+    number, axis, times = 2.0 * np.pi * waves / side, np.arange(float(side)), STEP_S * np.arange(40)
     omega = np.sqrt(GRAVITY * number)
-    heights = 0.2 * np.cos(number * axis - omega * times[:, None, None]) * np.ones((1, 32, 1))
+    heights = 0.2 * np.cos(number * axis - omega * times[:, None, None]) * np.ones((1, side, 1))
     metres = {name: (name, axis, {"units": "m"}) for name in ("y", "x")}
     data = xr.Dataset({"elevation": (("time", "y", "x"), heights, {"units": "m"})}, metres, {"periodic": 1})
     data = data.assign_coords(time=("time", times, {"units": "s"}))
