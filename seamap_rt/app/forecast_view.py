@@ -171,7 +171,7 @@ class ForecastPanel:
         if source.results.growing:
             self._status.set_text("Past forecasts are held against the sea that came when the run has ended.")
         elif source.scene is None:
-            self._status.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
+            self._status.set_text("Not verified: these maps have no true sea beside them. A run of a design has one.")
         else:
             self._status.set_text("Drawing the sea that came …")
             try:

@@ -181,7 +181,7 @@ class RecordingsPanel:
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
                 flat_button("Download a header to fill in", icon="download", on_click=_download_header)
-            self._status = ui.label().classes("text-sm").props("role=status").mark("recording-said")
+            self._status = ui.label().classes("text-sm").props("role=status").mark("recording-status")
 
     def _choice(self, kind: str, label: str) -> Any:
         """A list of what is there, and a button for more."""

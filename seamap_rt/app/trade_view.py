@@ -188,7 +188,7 @@ class TradeView:
             self._at_most = ui.number("Recommend at most", on_change=self._recount).mark("at-most")
             self._at_most.props("dense outlined clearable").classes("w-40")
             ui.button("Run all points", icon="query_stats", on_click=self._queue_trade).props("no-caps").mark("trade")
-        self._status = ui.label().classes("text-sm").props("role=status").mark("trade-said")
+        self._status = ui.label().classes("text-sm").props("role=status").mark("trade-status")
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = choice("Trade", "trade-choice", self._refresh)
             self._measure = choice("Measure", "trade-measure", self._refresh, MEASURES, value=next(iter(MEASURES)))
@@ -202,7 +202,7 @@ class TradeView:
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
             flat_button("Use these values in Design", icon="edit", on_click=self._apply_to_design, mark="trade-design")
-        self._point_status = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
+        self._point_status = ui.label().classes("text-sm").props("role=status").mark("trade-point-status")
         ui.timer(_LOOK_S, self._look)
 
     def _make_key(self, number: int) -> Any:
