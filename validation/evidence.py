@@ -4,9 +4,9 @@ python -m validation.evidence [--only NAME]… [--kind debug]… [--within MINUT
 
 Each study of STUDIES runs as a process of its own; what it prints becomes `validation/results/NAME.json` (version,
 commit, command, draw, machine, date, seconds, and its tables: title, columns, rows) and `NAME.md`, as soon as it ends.
-A result whose subject has not changed since is kept, unless --again; commits that say "(no bit changed)" are none, and
-`python -m validation.same OLD NEW` shows whether they are. --draw N prints what `validate` studies find on
-scenes drawn from N, and leaves the results on file.
+A result whose subject has not changed since is kept, unless --again; commits that say "(no bit changed)", and those of
+UNCHANGED, change none: `python -m validation.same OLD NEW` shows whether they do. --draw N prints what `validate`
+studies find on scenes drawn from N, and leaves the results on file.
 
     debug      cases whose answers are known: closed forms, published tables, exact solvers
     validate   scenes drawn from a number, on which nothing was tuned
@@ -44,10 +44,9 @@ NUMBER = re.compile(r"[−+-]?\d[\d,]*(?:\.\d+)?(?:e[−+-]?\d+)?|[−+-]?\.\d+"
 @dataclass(frozen=True)
 class Study:
     """command: a module below `validation` and its arguments, {draw} where a number is drawn from. subject: files or
-    packages below `seamap_rt` that it judges. minutes: of two idle cores. draw: the number of the result on file."""
+    packages below `seamap_rt` that it judges. draw: the number of the result on file."""
 
     kind: str
-    minutes: float
     command: str
     subject: str
     draw: int | None = None
@@ -68,103 +67,106 @@ _AHEAD = f"{_MAPS} prediction wavefield"
 
 STUDIES: dict[str, Study] = {
     # maps
-    "maps": Study("scene", 12, "retrieval.maps --only accuracy,floor,errorbars,slopes", _MAPS),
-    "phase_cycles": Study("scene", 3, "retrieval.maps --only ambiguity", _MAPS),
-    "bars": Study("validate", 6, "retrieval.bars --draw {draw}", _MAPS, 977),
-    "slopes": Study("scene", 2, "retrieval.slopes", _MAPS),
-    "slopes_drawn": Study("validate", 3, "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 962),
-    "seas": Study("scene", 12, "retrieval.seas", _MAPS),
-    "hidden": Study("validate", 5, "retrieval.hidden --draw {draw}", _MAPS, 981),
-    "sea_state": Study("validate", 25, "sea.sea_state --draw {draw}", f"{_MAPS} wavefield", 941),
-    "sea_state_long": Study(
-        "validate", 18, "sea.sea_state --draw {draw} --of long --count 30", f"{_MAPS} wavefield", 942
-    ),
-    "sea_state_seeds": Study("scene", 1, "sea.sea_state --seeds 11 12", f"{_MAPS} wavefield"),
-    "finite_depth": Study("debug", 6, "sea.finite_depth", "wavefield physics"),
-    "sensors": Study("validate", 4, "retrieval.sensors --draw {draw}", _MAPS, 982),
-    "recorded_data": Study("debug", 0.5, "retrieval.recorded_data", "io interferometry"),
-    "inspected": Study("debug", 4, "retrieval.inspected", "inspection interferometry"),
-    "spoilt": Study("debug", 1.5, "retrieval.spoilt", "inspection interferometry io"),
+    "maps": Study("scene", "retrieval.maps --only accuracy,floor,errorbars,slopes", _MAPS),
+    "phase_cycles": Study("scene", "retrieval.maps --only ambiguity", _MAPS),
+    "bars": Study("validate", "retrieval.bars --draw {draw}", _MAPS, 977),
+    "slopes": Study("scene", "retrieval.slopes", _MAPS),
+    "slopes_drawn": Study("validate", "retrieval.slopes --draw {draw} --of seas,radars", _MAPS, 962),
+    "seas": Study("scene", "retrieval.seas", _MAPS),
+    "hidden": Study("validate", "retrieval.hidden --draw {draw}", _MAPS, 981),
+    "sea_state": Study("validate", "sea.sea_state --draw {draw}", f"{_MAPS} wavefield", 941),
+    "sea_state_long": Study("validate", "sea.sea_state --draw {draw} --of long --count 30", f"{_MAPS} wavefield", 942),
+    "sea_state_seeds": Study("scene", "sea.sea_state --seeds 11 12", f"{_MAPS} wavefield"),
+    "finite_depth": Study("debug", "sea.finite_depth", "wavefield physics"),
+    "sensors": Study("validate", "retrieval.sensors --draw {draw}", _MAPS, 982),
+    "recorded_data": Study("debug", "retrieval.recorded_data", "io interferometry"),
+    "inspected": Study("debug", "retrieval.inspected", "inspection interferometry"),
+    "spoilt": Study("debug", "retrieval.spoilt", "inspection interferometry io"),
     # the sea
-    "water": Study("debug", 2, "sea.water", "sea"),
-    "recorded_seas": Study("debug", 1.5, "sea.recorded_seas", "sea io"),
-    "recorded_patches": Study("scene", 4, "sea.recorded_patches", _MAPS),
-    "wave_statistics": Study("debug", 60, "sea.wave_statistics", "sea/high_order"),
-    "high_order": Study("time", 15, "sea.high_order", "sea/high_order"),
-    "sea_speed": Study("time", 3, "sea.sea_speed", "sea"),
+    "water": Study("debug", "sea.water", "sea"),
+    "recorded_seas": Study("debug", "sea.recorded_seas", "sea io"),
+    "recorded_patches": Study("scene", "sea.recorded_patches", _MAPS),
+    "wave_statistics": Study("debug", "sea.wave_statistics", "sea/high_order"),
+    "high_order": Study("time", "sea.high_order", "sea/high_order"),
+    "sea_speed": Study("time", "sea.sea_speed", "sea"),
     # scattering
-    "nrcs": Study("debug", 5, "scattering.nrcs", "scattering"),
-    "nrcs_wind": Study("debug", 2, "scattering.nrcs --wind", "scattering"),
-    "doppler": Study("debug", 3, "scattering.doppler", "scattering echoes"),
-    "texture": Study("debug", 1, "scattering.texture", "scattering echoes tracing sea"),
-    "sea_spikes": Study("scene", 20, "scattering.sea_spikes", "scattering echoes"),
+    "nrcs": Study("debug", "scattering.nrcs", "scattering"),
+    "nrcs_wind": Study("debug", "scattering.nrcs --wind", "scattering"),
+    "doppler": Study("debug", "scattering.doppler", "scattering echoes"),
+    "texture": Study("debug", "scattering.texture", "scattering echoes tracing sea"),
+    "sea_spikes": Study("scene", "scattering.sea_spikes", "scattering echoes"),
     # light and shadow
-    "paths": Study("debug", 2, "light.paths", "tracing"),
-    "detail": Study("debug", 4, "light.detail", "mesh tracing echoes"),
-    "share": Study("debug", 3, "light.share", "mesh tracing"),
-    "unresolved": Study("debug", 1, "light.unresolved", "tracing mesh"),
-    "unresolved_echoes": Study("debug", 6, "light.unresolved --echoes", "tracing mesh echoes"),
-    "unresolved_profiles": Study("debug", 0.5, "light.unresolved_profiles", "tracing"),
-    "wave_shadows": Study("debug", 12, "light.wave_shadows", "tracing"),
-    "diffraction": Study("debug", 3, "light.diffraction --columns 80", "tracing physics"),
-    "height_bias": Study("debug", 7, "light.height_bias --profiles 6 --seed 92", "tracing/diffraction.py physics"),
-    "half_visible": Study("debug", 6, "light.half_visible --profiles 10 --seed 43", "tracing/visibility.py studies"),
-    "hard_cases": Study("debug", 3, "hard_cases.report --full", _MAPS),
+    "paths": Study("debug", "light.paths", "tracing"),
+    "detail": Study("debug", "light.detail", "mesh tracing echoes"),
+    "share": Study("debug", "light.share", "mesh tracing"),
+    "unresolved": Study("debug", "light.unresolved", "tracing mesh"),
+    "unresolved_echoes": Study("debug", "light.unresolved --echoes", "tracing mesh echoes"),
+    "unresolved_profiles": Study("debug", "light.unresolved_profiles", "tracing"),
+    "wave_shadows": Study("debug", "light.wave_shadows", "tracing"),
+    "diffraction": Study("debug", "light.diffraction --columns 80", "tracing physics"),
+    "height_bias": Study("debug", "light.height_bias --profiles 6 --seed 92", "tracing/diffraction.py physics"),
+    "half_visible": Study("debug", "light.half_visible --profiles 10 --seed 43", "tracing/visibility.py studies"),
+    "hard_cases": Study("debug", "hard_cases.report --full", _MAPS),
     # the radar
-    "truncation": Study("debug", 3, "radar.neglected_power --of sides", "echoes"),
-    "between_nodes": Study("debug", 4, "radar.neglected_power --of nodes", "echoes"),
-    "modes": Study("scene", 8, "radar.modes --seeds 3", _MAPS),
-    "transmitters": Study("scene", 4, "radar.transmitters --seeds 3", _MAPS),
-    "riding": Study("scene", 4, "radar.riding --seeds 3", _MAPS),
-    "waveforms": Study("scene", 1.5, "radar.waveforms --seeds 1", _MAPS),
-    "digital": Study("debug", 0.5, "radar.digital", "radar"),
+    "truncation": Study("debug", "radar.neglected_power --of sides", "echoes"),
+    "between_nodes": Study("debug", "radar.neglected_power --of nodes", "echoes"),
+    "modes": Study("scene", "radar.modes --seeds 3", _MAPS),
+    "transmitters": Study("scene", "radar.transmitters --seeds 3", _MAPS),
+    "riding": Study("scene", "radar.riding --seeds 3", _MAPS),
+    "waveforms": Study("scene", "radar.waveforms --seeds 1", _MAPS),
+    "digital": Study("debug", "radar.digital", "radar"),
     # forecasts
-    "forecasts": Study("scene", 15, "prediction.forecasts --seeds 6 --first 601 --only choppy_sea", _AHEAD),
-    "forecasts_seas": Study("scene", 60, "prediction.forecasts --seeds 6 --first 601", _AHEAD),
-    "forecasts_drawn": Study("validate", 30, "prediction.forecasts --draw {draw}", _AHEAD, 951),
-    "windows": Study("scene", 30, "prediction.windows --seeds 12 --first 611 --turns 30", _AHEAD),
-    "windows_drawn": Study("validate", 20, "prediction.windows --draw {draw}", _AHEAD, 943),
-    "designers": Study("scene", 60, "prediction.designers", _AHEAD),
-    "advice": Study("scene", 60, "prediction.advice", _AHEAD),
-    "advice_radar": Study("scene", 90, "prediction.advice --radar --first 745 --seeds 4 --minutes 3", _AHEAD),
-    "blur": Study("debug", 1, "prediction.blur", "interferometry prediction"),
-    "buoys": Study("validate", 15, "prediction.buoys", "prediction"),
+    "forecasts": Study("scene", "prediction.forecasts --seeds 6 --first 601 --only choppy_sea", _AHEAD),
+    "forecasts_drawn": Study("validate", "prediction.forecasts --draw {draw}", _AHEAD, 951),
+    "nonlinear_seas": Study("scene", "prediction.nonlinear_seas {out} --seeds 813", f"{_AHEAD} io"),
+    "windows": Study("scene", "prediction.windows --seeds 12 --first 611 --turns 30", _AHEAD),
+    "windows_drawn": Study("validate", "prediction.windows --draw {draw}", _AHEAD, 943),
+    "designers": Study("scene", "prediction.designers", _AHEAD),
+    "advice": Study("scene", "prediction.advice", _AHEAD),
+    "advice_radar": Study("scene", "prediction.advice --radar --first 745 --seeds 4 --minutes 3", _AHEAD),
+    "blur": Study("debug", "prediction.blur", "interferometry prediction"),
+    "buoys": Study("validate", "prediction.buoys", "prediction"),
     # how far it sees
-    "shadowing": Study(
-        "scene", 0.3, "seamap_rt.cli shadowing choppy_sea --heights 3,5,10 --out {out}", "tracing studies"
-    ),
-    "trade": Study("scene", 15, "claims.trade_heights", "studies metrics.py interferometry echoes"),
-    "outlook": Study("validate", 40, "claims.outlook --first 1001 --designs 40 --masts", "design_outlook"),
-    "gauges": Study("scene", 1.5, "retrieval.gauges", "gauges.py interferometry echoes"),
-    "trade_visible": Study("scene", 30, "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
-    "hidden_heights": Study("debug", 0.1, "light.hidden_heights", "tracing/diffraction.py"),
-    "partly_shadowed": Study("scene", 1, "retrieval.partly_shadowed", _MAPS),
+    "shadowing": Study("scene", "seamap_rt.cli shadowing choppy_sea --heights 3,5,10 --out {out}", "tracing studies"),
+    "trade": Study("scene", "claims.trade_heights", "studies metrics.py interferometry echoes"),
+    "outlook": Study("validate", "claims.outlook --first 1001 --designs 40 --masts", "design_outlook"),
+    "gauges": Study("scene", "retrieval.gauges", "gauges.py interferometry echoes"),
+    "trade_visible": Study("scene", "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
+    "hidden_heights": Study("debug", "light.hidden_heights", "tracing/diffraction.py"),
+    "partly_shadowed": Study("scene", "retrieval.partly_shadowed", _MAPS),
     # a design study's claims
-    "claims_radar": Study("debug", 0.2, "claims.radar", "radar"),
-    "claims_shadowing": Study("debug", 2, "claims.shadowing", "tracing studies"),
-    "claims_maps": Study("scene", 2, "claims.maps", _MAPS),
-    "claims_sampling": Study("scene", 1, "claims.sampling", _MAPS),
+    "claims_radar": Study("debug", "claims.radar", "radar"),
+    "claims_shadowing": Study("debug", "claims.shadowing", "tracing studies"),
+    "claims_maps": Study("scene", "claims.maps", _MAPS),
+    "claims_sampling": Study("scene", "claims.sampling", _MAPS),
     # the program's answers
-    "validate": Study("debug", 20, "seamap_rt.cli validate --full --out {out}", f"{_AHEAD} studies"),
-    "plants": Study("debug", 9, "plants", f"{_AHEAD} studies"),
-    "fuzz": Study("debug", 13, "fuzz", "io scene settings"),
-    "fuzz_turns": Study("debug", 5, "fuzz.turns", _MAPS),
-    "fuzz_hiding": Study("debug", 4, "fuzz.hiding", "tracing"),
-    "fuzz_declarations": Study("debug", 2, "fuzz.declarations", "io"),
-    "kills": Study("debug", 60, "kills", "session io studies"),
-    "limits": Study("debug", 2, "hard_cases.limits", "compute"),
+    "validate": Study("debug", "seamap_rt.cli validate --full --out {out}", f"{_AHEAD} studies"),
+    "plants": Study("debug", "plants", f"{_AHEAD} studies"),
+    "fuzz": Study("debug", "fuzz", "io scene settings"),
+    "fuzz_turns": Study("debug", "fuzz.turns", _MAPS),
+    "fuzz_hiding": Study("debug", "fuzz.hiding", "tracing"),
+    "fuzz_declarations": Study("debug", "fuzz.declarations", "io"),
+    "kills": Study("debug", "kills", "session io studies"),
+    "limits": Study("debug", "hard_cases.limits", "compute"),
     # seconds and bytes
-    "turn": Study("time", 1, "speed.speed --turns 9", f"{_MAPS} truth"),
-    "latency": Study("time", 1, "speed.latency", "interferometry prediction wavefield session/streaming.py"),
-    "decisions": Study(
-        "time", 4, "speed.decisions --seeds 3 --first 971 --heights 5,10,14,20", f"{_MAPS} studies mesh"
-    ),
-    "speed_error": Study("time", 4, "speed.speed_error", f"{_RADAR} mesh"),
-    "sweep": Study("time", 0.5, "speed.sweep", f"{_MAPS} studies"),
-    "peers": Study("time", 4, "speed.peers --repeat 3", "tracing"),
-    "scaling": Study("time", 11, "speed.scaling", _RADAR),
-    "page": Study("time", 3, "app.speed", "app"),
+    "turn": Study("time", "speed.speed --turns 9", f"{_MAPS} truth"),
+    "latency": Study("time", "speed.latency", "interferometry prediction wavefield session/streaming.py"),
+    "decisions": Study("time", "speed.decisions --seeds 3 --first 971 --heights 5,10,14,20", f"{_MAPS} studies mesh"),
+    "speed_error": Study("time", "speed.speed_error", f"{_RADAR} mesh"),
+    "sweep": Study("time", "speed.sweep", f"{_MAPS} studies"),
+    "peers": Study("time", "speed.peers --repeat 3", "tracing"),
+    "scaling": Study("time", "speed.scaling", _RADAR),
+    "page": Study("time", "app.speed", "app"),
 }
+BY_HAND = {  # results that no study of these makes, and why
+    "amplitude_dispersion": "reads a record, as nonlinear_seas makes them",
+    "gpu": "needs a GPU",
+    "marine_radar": "reads a ship's .pol files",
+    "mutants": "goes on where its own file ends",
+}
+# Messages, names and moves: arrays and forecasts of six scenes, rays and horizon, VV and HH, have the same bits before
+# the first and after the last (`python -m validation.same 34b6b167 b6ece1d8`, checkouts of either).
+UNCHANGED = ("0d41879c", "9ca11d13", "a9d3bfea", "5cde067f", "b6ece1d8")
 
 
 def tables(text: str) -> list[dict[str, Any]]:
@@ -295,7 +297,14 @@ def changes(name: str) -> int | None:
     known = git("merge-base", commit, "HEAD") != ""
     since = [f"{commit}..HEAD"] if known else [f"--since={made['date']}", "HEAD"]
     unchanged = ("--fixed-strings", "--invert-grep", "--grep=(no bit changed)")
-    return len(git("log", "--format=%h", *unchanged, *since, "--", *made["subject"]).splitlines())
+    log = git("log", "--format=%H", *unchanged, *since, "--", *made["subject"]).splitlines()
+    return sum(not each.startswith(UNCHANGED) for each in log)
+
+
+def minutes(name: str) -> float:
+    """That its result took; infinity where that is not known."""
+    known = (RESULTS / f"{name}.json").exists() and "seconds" in result(name)
+    return result(name)["seconds"] / 60.0 if known else float("inf")
 
 
 def make(name: str, draw: int | None = None) -> tuple[dict[str, Any], str]:
@@ -334,7 +343,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=list(STUDIES), metavar="NAME")
     parser.add_argument("--kind", action="append", choices=KINDS)
-    parser.add_argument("--within", type=float, default=float("inf"), help="minutes: studies that take no more")
+    parser.add_argument("--within", type=float, default=float("inf"), help="minutes: studies that took no more")
     parser.add_argument("--draw", type=int)
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--list", action="store_true")
@@ -345,7 +354,7 @@ def main() -> int:
         for name, study in STUDIES.items()
         if (not given.only or name in given.only)
         and (not given.kind or study.kind in given.kind)
-        and study.minutes <= given.within
+        and minutes(name) <= given.within
         and (given.draw is None or study.draw is not None)
     }
     failed = 0
@@ -356,7 +365,7 @@ def main() -> int:
         if given.list or given.stale:
             if given.list or behind or behind is None:
                 draw = study.draw or ""
-                print(f"{name:24} {study.kind:9}{study.minutes:6g} min  {state:28} {draw:>5}  {study.command}")
+                print(f"{name:24} {study.kind:9}{minutes(name):6.1f} min  {state:28} {draw:>5}  {study.command}")
         elif given.again or given.draw is not None or behind or behind is None or carried:
             print(f"{name}: {study.command}", flush=True)
             try:
@@ -372,9 +381,9 @@ def main() -> int:
             else:
                 print(page(name, made, text), flush=True)
     if (given.list or given.stale) and not (given.only or given.kind or given.draw):
-        for name in sorted({path.stem for path in RESULTS.glob("*.json")} - set(STUDIES)):
+        for name, reason in BY_HAND.items():
             made = result(name)
-            print(f"{name:24} {made['kind']:19}{changes(name)} commits behind, by hand  {made['command']}")
+            print(f"{name:24} {made['kind']:19}{changes(name)} commits behind, {reason}  {made['command']}")
     return 1 if failed else 0
 
 

@@ -71,6 +71,15 @@ def test_a_study_runs_a_module_that_exists_on_code_that_exists(name: str) -> Non
     assert ("12345" in study.words(12345)) == (study.draw is not None)
 
 
+def test_each_result_is_of_a_study_that_can_be_run_again() -> None:
+    """Or of one that says why it is run by hand: what no code makes any more is no evidence."""
+    on_file = {path.stem for path in evidence.RESULTS.glob("*.json")}
+    assert on_file - set(evidence.STUDIES) == set(evidence.BY_HAND)
+    for name in evidence.BY_HAND:
+        module = evidence.result(name)["command"].split()[2].replace(".", "/")
+        assert (ROOT / f"{module}.py").exists(), name
+
+
 @pytest.mark.parametrize("path", sorted(evidence.RESULTS.glob("*.json")), ids=lambda path: path.stem)
 def test_a_result_says_where_it_is_from(path: Path) -> None:
     """Command, commit, date, kind and subject; machine and seconds unless it is carried; rows under its columns."""
@@ -120,7 +129,7 @@ def test_a_study_leaves_its_rows_on_file_for_the_number_that_is_asked_for(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A study runs as a process with --draw's number; its result is kept until its subject changes."""
-    study = evidence.Study("validate", 0.1, "draws {draw} --of seas --count 2", "sea", 841)
+    study = evidence.Study("validate", "draws {draw} --of seas --count 2", "sea", 841)
     monkeypatch.setitem(evidence.STUDIES, "drawn", study)
     monkeypatch.setattr(evidence, "RESULTS", tmp_path)
     assert evidence.changes("drawn") is None

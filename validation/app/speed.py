@@ -31,7 +31,7 @@ from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.scene import load_scene
 from seamap_rt.session import run
 
-_MAST = "Antenna height above the sea (m)"
+MAST = "Antenna height above the sea (m)"
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 _TURNS = 600
 
@@ -54,16 +54,16 @@ def served(runs: Path) -> Iterator[tuple[str, subprocess.Popen[str], float]]:
 
 
 @contextmanager
-def opened(address: str) -> Iterator[Page]:
-    """The page in a fresh browser."""
+def opened(address: str, height: int = 900) -> Iterator[Page]:
+    """The page in a fresh browser, in a window 1400 pixels wide and as high as is asked for."""
     path = next(found for name in _NAMES if (found := shutil.which(name)))
     with sync_playwright() as player:
         browser = player.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page = browser.new_page(viewport={"width": 1400, "height": height})
         page.set_default_timeout(120_000)
         expect.set_options(timeout=120_000)
         page.goto(address)
-        page.get_by_label(_MAST).wait_for()
+        page.get_by_label(MAST).wait_for()
         yield page
         browser.close()
 
@@ -80,8 +80,8 @@ def usable() -> str:
                 page = browser.new_page()
                 spent = time.perf_counter() - before  # a user's browser is open already
                 page.goto(address)
-                page.get_by_label(_MAST).wait_for()
-                page.get_by_label(_MAST).fill("6")
+                page.get_by_label(MAST).wait_for()
+                page.get_by_label(MAST).fill("6")
                 seconds.append(time.perf_counter() - began - spent)
                 browser.close()
     return f"usable {statistics.median(seconds):.2f} s after the command (at most {max(seconds):.2f})"
@@ -94,7 +94,7 @@ def consequences(page: Page) -> str:
     page.wait_for_timeout(2000)  # the graphs have come, and the other places are loaded
     for number in range(12):
         before = answer.inner_text()
-        page.get_by_label(_MAST).fill(f"{4.0 + 0.7 * number:g}")
+        page.get_by_label(MAST).fill(f"{4.0 + 0.7 * number:g}")
         begin = time.perf_counter()
         page.wait_for_function("old => !document.body.innerText.includes(old)", arg=before, polling="raf")
         seconds.append(time.perf_counter() - begin)

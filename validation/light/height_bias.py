@@ -1,6 +1,6 @@
 """By how much wave optics puts lit water too low or too high in an interferometer's map.
 
-    python -m validation.light.height_bias [--profiles 8] [--seed 77] [--baseline 0.2] [--maps 3]
+    python -m validation.light.height_bias [--profiles 8] [--seed 77] [--baseline 0.2] [--maps 3] [--resolved]
 
 Crests cut into the field over the water behind them, lit or not, and so turn its phase from what its range alone says,
 by another angle at either antenna. Profiles, seas and fields as in `half_visible`: full waves in VV and HH, and the
@@ -8,7 +8,7 @@ program's knife edges (`tracing/diffraction.py`) times the sine of the grazing a
 Cells are 3 m long; of a cell the height that is found less the true one is −λR/(4πB) arg Σ ψ²(lower) ψ²*(upper): both
 ways, as the switched modes measure. Printed: mean and rms of cells that light sees more than half of. Last, maps of the
 program with and without knife edges over these seas: their errors against their bars, and against what these would be
-if they held nothing of it (`retrieval.diffraction_mrad`).
+if they held nothing of it (`retrieval.diffraction_mrad`). --resolved: waves meet the mesh's waves alone, as edges do.
 """
 
 from __future__ import annotations
@@ -51,13 +51,14 @@ def height_bias(lower: Complex, upper: Complex, x: Array, baseline_m: float) -> 
     return np.where(total == 0.0, np.nan, -metres * np.angle(total))
 
 
-def cells(case: Case, seed: int, baseline_m: float) -> Cells:
+def cells(case: Case, seed: int, baseline_m: float, resolved_alone: bool) -> Cells:
     """Of one profile."""
     long, short = both(case, wavenumbers())
     random, x = np.random.default_rng(seed), STEP_M * POINTS / FINE * np.arange(FINE)
     resolved, small = drawn(random, long, FINE, 2), drawn(random, short, FINE, 2)
     part = (x >= BEGIN_M) & (x < END_M)
-    profile = Profile(x[part], *(a[part] + b[part] for a, b in zip(resolved, small, strict=True)))
+    waves_of = [a if resolved_alone else a + b for a, b in zip(resolved, small, strict=True)]
+    profile = Profile(x[part], *(each[part] for each in waves_of))
     masts = case.mast - 0.5 * baseline_m, case.mast + 0.5 * baseline_m
     waves = [surface_field(profile, (0.0, mast), WAVELENGTH_M, water()) for mast in masts]
     lean = np.maximum(sine_of_arrival(x[part], resolved[0][part], resolved[1][part], case.mast), 0.0)
@@ -79,13 +80,13 @@ def over_edges(points: Array, x: Array, height: Array, mast: float) -> Complex:
 
 
 def main() -> None:
-    asked = options(__doc__, profiles=8, seed=77, baseline=0.2, maps=3)
+    asked = options(__doc__, profiles=8, seed=77, baseline=0.2, maps=3, resolved=False)
     print("**Height found less the true one, mean ± rms (m)**\n")
     print("| sea, mast | by | " + " | ".join(f"{near:.0f}–{far:.0f} m" for near, far in pairwise(BANDS_M)) + " |")
     print("|---" * (1 + len(BANDS_M)) + "|")
     for name, case in CASES.items():
         seeds = range(1000 * asked.seed, 1000 * asked.seed + asked.profiles)
-        parts = [cells(case, seed, asked.baseline) for seed in seeds]
+        parts = [cells(case, seed, asked.baseline, asked.resolved) for seed in seeds]
         made = Cells(*(np.concatenate(each) for each in zip(*parts, strict=True)))
         for who in ("edges", "vv", "hh"):
             shown, bias = [], getattr(made, who)

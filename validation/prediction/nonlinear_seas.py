@@ -1,12 +1,10 @@
 """Maps, forecasts, shadows and echoes on nonlinear seas, beside linear seas of the same spectrum and seed.
 
-    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 802] [--looking-for WHAT] [--light]
+    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 813] [--looking-for WHAT] [--light]
 
 RECORDS: a folder of recorded seas SEED-HS-ORDER/recorded_sea.nc, of Hs 0.944, 1.574 and 2.361 m (Hs/λ 1/50, 1/30 and
-1/20 at 5.5 s), of order 3 (nonlinear) and 1 (linear), each made in four minutes of a core by
-
-    seamap-rt sea choppy_sea --nonlinear --order ORDER --set sea.waves.0.significant_wave_height_m=HS
-        --set seed=SEED --set sea.extent_m=900 --times=-2:66:0.25 --out RECORDS/SEED-HS-ORDER
+1/20 at 5.5 s), of order 3 (nonlinear) and 1 (linear). Those that are not there are made by `seamap-rt sea choppy_sea
+--nonlinear`, in four minutes of a core each.
 
 `choppy_sea`'s radar maps each of them by the horizon tracer (half a minute for 30 turns, kept beside the record).
 Maps: 50–200 m, all turns; error over error bar is 1.4826 MAD, of unflagged cells. Forecasts: as
@@ -22,6 +20,8 @@ from __future__ import annotations
 
 import argparse
 import pickle
+import subprocess
+import sys
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -155,12 +155,20 @@ def forecast_of(turns: list[Mapped], scene: Scene, what: str) -> tuple[dict[str,
     return compared | {"around": around}, spectrum.water.current, spectrum.amplitude_dispersion
 
 
+def make_record(folder: Path, height: str, seed: int, order: int) -> None:
+    keys = {"sea.waves.0.significant_wave_height_m": height, "seed": seed, "sea.extent_m": 900}
+    changed = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+    asked = ["choppy_sea", "--nonlinear", "--order", str(order), "--times=-2:66:0.25", "--out", str(folder)]
+    command = [sys.executable, "-m", "seamap_rt.cli", "sea", *asked, *changed]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
 def each_record(given: argparse.Namespace, **more: Any) -> Iterator[tuple[str, int, str, Path, Scene]]:
     """Steepness, seed, kind of sea, folder and scene of each record that is asked for."""
     for steepness, seed, name in product(given.steepness, given.seeds, given.seas):
         folder = given.records / f"{seed}-{HEIGHTS_M[steepness]}-{ORDERS[name]}"
         if not (folder / "recorded_sea.nc").is_file():
-            raise SystemExit(f"{folder}/recorded_sea.nc: is not there; make it as `--help` says")
+            make_record(folder, HEIGHTS_M[steepness], seed, ORDERS[name])
         yield steepness, seed, name, folder, scene_of(folder / "recorded_sea.nc", seed, given.turns, **more)
 
 
@@ -176,7 +184,7 @@ def print_light(given: argparse.Namespace) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("records", type=Path)
-    parser.add_argument("--seeds", type=int, nargs="+", default=[801, 802])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[813])
     parser.add_argument("--steepness", nargs="+", choices=list(HEIGHTS_M), default=list(HEIGHTS_M))
     parser.add_argument("--seas", nargs="+", choices=list(ORDERS), default=list(ORDERS))
     parser.add_argument("--turns", type=int, default=30)
@@ -186,22 +194,20 @@ def main() -> None:
     if given.light:
         print_light(given)
         return
-    print(
-        "Hs/λ seed sea       | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within | found"
-    )
+    spans = " | ".join(f"{ahead}: boat; around: correlation, rms, stated, within" for ahead in AHEAD)
+    print(f"| Hs/λ, sea, seed | maps: rms, robust, bias (m) | correlation | ratio, within | {spans} | found |")
+    print("|---" * (5 + len(AHEAD)) + "|")
     for steepness, seed, name, folder, scene in each_record(given):
         turns = turns_of(folder, scene)
         compared, current, share = forecast_of(turns, scene, given.looking_for)
-        row = [
-            f"{steepness:5} {seed} {name:10}",
-            "{rms:.3f} {robust:.3f} {bias:+.3f} {corr:.3f} {ratio:.2f} {within:.1%}".format(**maps_of(turns)),
-        ]
+        found = "{rms:.3f}, {robust:.3f}, {bias:+.3f} | {corr:.3f} | {ratio:.2f}, {within:.1%}".format(**maps_of(turns))
+        row = [f"{steepness} {name}, {seed}", found]
         for ahead in AHEAD:
             part = slice(LEADS[ahead][0], LEADS[ahead][1] + 1)
             boat, around = (compared[place].figures(part) for place in ("boat", "around"))
-            row.append("{:.3f} {corr:.3f} {rms:.3f} {stated:.3f} {within:.0%}".format(boat["corr"], **around))
-        row.append(f"{current[0]:+.2f} {current[1]:+.2f} m/s {share:.2f}")
-        print(" | ".join(row), flush=True)
+            row.append("{:.3f}; {corr:.3f}, {rms:.3f}, {stated:.3f}, {within:.0%}".format(boat["corr"], **around))
+        row.append(f"{np.hypot(*current):.2f} m/s, {share:.2f}")
+        print(f"| {' | '.join(row)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ One turn of the default scene (JONSWAP, Hs 1.4 m, Tp 5.5 s, 0.8 m, 1024 m) on a 
 its 825 columns at its own time: elevation, both slopes and the water's velocity, by B-splines on FFTs in space and time
 (the default is marked). Errors are rms against the exact sum of waves, in float64, at points drawn from the mesh; its
 seconds are extrapolated. Times are medians in the steady state: a turn makes the knots of one second and has the others
-from the turn before. What plain FFT grids and non-uniform FFTs do is in results, and was measured once.
+from the turn before.
 """
 
 from __future__ import annotations
