@@ -79,7 +79,6 @@ SHIP: dict[str, Any] = {
     "radar.antenna.elevation_beamwidth_deg": 20.0,
     "radar.antenna.width_m": 1.98,
     "tracing.tracer": "horizon",
-    "tracing.diffraction": "none",  # from 25 m
     "tracing.height_error_m": 0.2,
     "retrieval.cell_range_m": 7.5,  # not used, but checked
 }
@@ -96,7 +95,7 @@ OTHERWISE: dict[str, tuple[float, dict[str, Any]]] = {  # what is changed: facto
     "knee 10 dB": (1.0, {"radar.receiver.knee_db": 10.0}),
     "no spikes": (1.0, {"scattering.sea_spikes": False}),
     "no texture": (1.0, {"scattering.texture": False}),
-    "diffraction": (1.0, {"tracing.diffraction": "knife_edge"}),
+    "straight rays": (1.0, {"tracing.diffraction": "none"}),
     "VV": (1.0, {"scattering.polarization": "VV"}),
 }
 BEFORE: dict[str, Any] = {  # without texture, spikes and video: the mean of pulses' logarithms
@@ -190,16 +189,16 @@ def simulated(turns: int, seed: int = 1, waves: float = 1.0, keys: Mapping[str, 
 
 def texture_line(name: str, found: Measured) -> str:
     """A row of the table of the texture: by ring smoothed skewness and share; fall; correlation; standing shares."""
-    skewness = " ".join(f"{ring.smoothed_skewness:5.2f}" for ring in found.rings)
-    left = " ".join(f"{ring.smoothed_share:4.2f}" for ring in found.rings)
-    lags = " ".join(f"{each:4.2f}" for each in found.rings[2].range_correlation)
+    skewness = ", ".join(f"{ring.smoothed_skewness:.2f}" for ring in found.rings)
+    left = ", ".join(f"{ring.smoothed_share:.2f}" for ring in found.rings)
+    lags = ", ".join(f"{each:.2f}" for each in found.rings[2].range_correlation)
     near, far = found.standing_beside
-    return f"{name:22} {skewness}   {left}   {found.fall:4.2f}   {lags}   {near:4.2f} {far:4.2f}"
+    return f"| {name} | {skewness} | {left} | {found.fall:.2f} | {lags} | {near:.2f}, {far:.2f} |"
 
 
 TEXTURE_HEADER = (
-    f"{'':22} {'smoothed skewness by ring':29}   {'share that smoothing leaves':24}   fall   "
-    f"{'in range, lags 1 to 4':19}   stands, near far"
+    "| | smoothed skewness at 265, 450, 650, 850, 1050 m | share that smoothing leaves | fall over spread "
+    "| correlation in range at 1 to 4 gates | stands still near, far |\n" + "|---" * 6 + "|"
 )
 
 
@@ -212,18 +211,18 @@ def line(name: str, found: Measured) -> str:
     )
     east, north = found.current
     return (
-        f"{name:22} {found.fall:6.1f}  {inner.near_noise:5.3f} {middle.near_noise:5.3f} {outer.near_noise:5.3f}  "
-        f"{inner.skewness:5.2f} {middle.skewness:5.2f} {outer.skewness:5.2f}  {middle.range_length:5.1f} "
-        f"{middle.azimuth_length:5.1f}  {found.standing:5.3f}  {share(found.boxes):5.3f} "
-        f"{share(found.boxes, found.current):5.3f} "
-        f"{fastest(found.boxes, (0.0, 0.0)):5.2f}  "
-        f"({east:+.1f}, {north:+.1f})  {waves}"
+        f"| {name} | {inner.near_noise:.2f}, {middle.near_noise:.2f}, {outer.near_noise:.2f} "
+        f"| {inner.skewness:.2f}, {middle.skewness:.2f}, {outer.skewness:.2f} "
+        f"| {middle.range_length:.1f}, {middle.azimuth_length:.1f} | {found.standing:.2f} "
+        f"| {share(found.boxes):.2f}, {share(found.boxes, found.current):.2f} "
+        f"| {fastest(found.boxes, (0.0, 0.0)):.2f} | {east:+.1f}, {north:+.1f} | {waves} |"
     )
 
 
 HEADER = (
-    f"{'':22} {'fall':>6}  {'near noise, ring 1 3 5':>17}  {'skewness':>17}  {'half lengths':>11}  "
-    f"{'on shell: U=0, fit; a':>17}  current  waves"
+    "| | cells near the noise at 265, 650, 1050 m | skewness there | half lengths at 650 m, m "
+    "| stands still (chance 0.17) | moves on ω² = g k, with the current | a of ω = a √(g k) "
+    "| current east, north, m/s | strongest waves |\n" + "|---" * 9 + "|"
 )
 
 
@@ -291,15 +290,8 @@ def main() -> None:
     if not given.plain:
         rows += [(name, Measured.of(simulated(given.turns, 1, *other))) for name, other in OTHERWISE.items()]
     for header, row in ((HEADER, line), (TEXTURE_HEADER, texture_line)):
-        print(header, *(row(*each) for each in rows), sep="\n", flush=True)
-    for azimuth, one in zip(BOXES, real.boxes, strict=True):
-        current = fitted_current([one])
-        words = f"current ({current[0]:+.1f}, {current[1]:+.1f}) m/s"
-        print(f"  its box at {azimuth:.0f}°: share {share([one], current):.3f}, {words}")
-    for name, found in (("real", real), ("simulated", made[0])):
-        print(name, *(f"{ring.distance:.0f} m: {ring.mean:.0f} ± {ring.spread:.0f};" for ring in found.rings))
+        print(header, *(row(*each) for each in rows), sep="\n", end="\n\n", flush=True)
     figure(real, made[0], given.out)
-    print(given.out)
 
 
 if __name__ == "__main__":
