@@ -382,8 +382,9 @@ def main() -> int:
                 print(page(name, made, text), flush=True)
     if (given.list or given.stale) and not (given.only or given.kind or given.draw):
         for name, reason in BY_HAND.items():
-            made = result(name)
-            print(f"{name:24} {made['kind']:19}{changes(name)} commits behind, {reason}  {made['command']}")
+            made, behind = result(name), changes(name)
+            if given.list or behind:
+                print(f"{name:24} {made['kind']:19}{behind} commits behind; by hand: {reason}  {made['command']}")
     return 1 if failed else 0
 
 
