@@ -69,7 +69,7 @@ def run(
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
     out: the folder; an earlier run in it is replaced only with `overwrite`.
-    Results stream turn by turn: memory holds one turn, and all maps and truths while they are at most 50 MB.
+    Results stream turn by turn: memory holds one turn, and all maps and truths while they are at most 25 MB.
     Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
     progress: called with a line on what begins. draw: draws the report in place of `report.write_report`. stream: where
@@ -125,7 +125,7 @@ class TurnMemory:
     """Passes turns on, and keeps their maps and truths in memory while they are at most so many bytes: read from their
     files, each array takes ten milliseconds."""
 
-    def __init__(self, turns: Iterable[FinishedTurn], most_bytes: float = 5e7) -> None:
+    def __init__(self, turns: Iterable[FinishedTurn], most_bytes: float = 2.5e7) -> None:
         self._turns, self._most_bytes = turns, most_bytes
         self._kept: list[tuple[xr.DataTree, xr.DataTree]] = []
 
