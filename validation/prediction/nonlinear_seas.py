@@ -156,6 +156,7 @@ def forecast_of(turns: list[Mapped], scene: Scene, what: str) -> tuple[dict[str,
 
 
 def make_record(folder: Path, height: str, seed: int, order: int) -> None:
+    """Write recorded_sea.nc of `choppy_sea` with another height [m] and seed, to an order of steepness."""
     keys = {"sea.waves.0.significant_wave_height_m": height, "seed": seed, "sea.extent_m": 900}
     changed = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
     asked = ["choppy_sea", "--nonlinear", "--order", str(order), "--times=-2:66:0.25", "--out", str(folder)]
