@@ -126,8 +126,7 @@ def recovered(snapshots: Snapshots, more: int) -> set[int]:
     return seen
 
 
-@pytest.mark.parametrize("stopped", ["killed", "interrupted"])
-@pytest.mark.parametrize("whole", [2, 3])
+@pytest.mark.parametrize(("stopped", "whole"), [("killed", 2), ("interrupted", 3)])
 def test_each_write_of_one_that_goes_on_leaves_what_it_had(
     snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch, stopped: str, whole: int
 ) -> None:

@@ -550,7 +550,6 @@ def test_overwrite_begins_anew(whole: tuple[Path, xr.Dataset], tmp_path: Path) -
     ("scheduler", "workers", "words"),
     [
         ("nowhere.json", None, "neither an address, such as tcp://host:8786, nor a scheduler file"),
-        ("tcp://127.0.0.1:9", None, "no scheduler answers at tcp://127.0.0.1:9"),
         ("tcp://127.0.0.1:9", 2, "goes without --scheduler"),
         (None, -1, "must be at least 0"),
     ],
