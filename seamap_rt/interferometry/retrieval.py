@@ -187,6 +187,7 @@ def retrieve_turn(
         "crest_bias": seen.crest_bias,
         **_dwell_fields(estimate, heard, common),
         **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
+        **({"diffraction_std": np.where(heard, bent, np.nan)} if bent.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),

@@ -37,6 +37,9 @@ class PolarMap:
     width: float  # rad, of a look
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
     sensed: Field  # m², the errors' part that the motion sensors add to the heights
+    added: (
+        Field  # m², that and what bent light adds: parts that the retrieval does not weigh, which heights hold in full
+    )
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
@@ -47,7 +50,9 @@ class PolarMap:
 
         height, distance = field("height"), field("ground_range")
         noise = field("height_std") ** 2
-        sensed = field("sensor_std") ** 2 if "sensor_std" in polar else np.zeros(noise.shape)
+        sensed, bent = (
+            field(name) ** 2 if name in polar else np.zeros(noise.shape) for name in ("sensor_std", "diffraction_std")
+        )
         known = np.isfinite(height) & np.isfinite(noise) & np.isfinite(distance)
         known &= (polar["quality"].values & _BARRED) == 0
         seen = known * 1.0
@@ -61,7 +66,7 @@ class PolarMap:
         if "antenna_x" in polar:
             place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
         fields = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
-        return cls(*fields, conditional, sensed)
+        return cls(*fields, conditional, sensed, sensed + bent)
 
     @property
     def step(self) -> float:
@@ -100,8 +105,8 @@ class RangeBins:
         """Of the polar map of one turn, arrays (bin,); None without any cell."""
         if not polar_map.known.any():
             return None
-        fields = (polar_map.distance, polar_map.height, polar_map.noise, polar_map.sensed)
-        out, height, noise, sensed = (field[polar_map.known] for field in fields)
+        fields = (polar_map.distance, polar_map.height, polar_map.noise, polar_map.sensed, polar_map.added)
+        out, height, noise, sensed, extra = (field[polar_map.known] for field in fields)
         gate = np.nonzero(polar_map.known)[1]
         mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
         number = (out / BIN_M).astype(np.intp)
@@ -110,7 +115,7 @@ class RangeBins:
         held = np.maximum(np.bincount(number, out, count), 1e-300)
         gates = np.histogram(polar_map.ranges, np.arange(count + 1) * BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
-        added = 2.0 * sensed if polar_map.conditional else 0.0  # of which such means hold all, of the sea too little
+        added = 2.0 * extra if polar_map.conditional else 0.0  # of which such means hold all, of the sea too little
         fields = (height**2 - added, noise, sensed)
         square, errors, common = (np.bincount(number, out * each, count) / held for each in fields)
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width

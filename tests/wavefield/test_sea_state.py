@@ -279,8 +279,10 @@ def test_a_cell_keeps_of_a_wave_what_its_boxes_average() -> None:
     np.testing.assert_allclose(resolution.transfer(np.array([k]), np.array([distance])), np.mean(asked**2), atol=1e-5)
 
 
+@pytest.mark.parametrize("part", ["sensor_std", "diffraction_std"])
 @pytest.mark.parametrize("estimator", ["single_cell", "adaptive"])
-def test_what_sensors_put_into_a_map_is_no_sea(estimator: str) -> None:
+def test_errors_that_the_retrieval_does_not_weigh_are_no_sea(estimator: str, part: str) -> None:
+    """By sensors, by light that bends: heights that are expectations, too, hold all of them."""
     true = random_sea(3, 1.4, 5.5, 250.0).heights()
     size = 0.08  # ° rms of a map that leans: 0.21 m at 150 m, of a sea of 0.35 m
     errors = np.sqrt(2.0) * np.radians(size) * GROUND * np.cos(np.radians(AZIMUTH[:, None] - 70.0))
@@ -288,8 +290,10 @@ def test_what_sensors_put_into_a_map_is_no_sea(estimator: str) -> None:
     polar = maps(true + errors, velocity, noise, estimator)["polar"].to_dataset()
     put = np.broadcast_to(np.radians(size) * GROUND, true.shape)[None]
     told = polar.assign(
-        sensor_std=(polar["height"].dims, put),
-        height_std=(polar["height"].dims, np.hypot(put, polar["height_std"].values)),
+        {
+            part: (polar["height"].dims, put),
+            "height_std": (polar["height"].dims, np.hypot(put, polar["height_std"].values)),
+        }
     )
     without = maps(true, velocity, noise, estimator)["polar"].to_dataset()
     heights = [
