@@ -151,6 +151,7 @@ def retrieve_turn(
     common = _transmitter_error(given, heights) ** 2 + sensed
     grid, angle = (looks.width, radar.spacing, radar.closed), 1e-3 * (settings.diffraction_mrad or 0.0)
     bent = diffraction_error(seen.visible_share, height, spread, radar.ranges, grid, angle)
+    analysis = spread
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + bent**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
@@ -172,6 +173,7 @@ def retrieve_turn(
     fields = {
         "height": height,
         "height_std": spread,
+        "analysis_std": analysis,
         "slope_range": outward,
         "slope_range_std": outward_std,
         "slope_azimuth": slopes.clockwise,
@@ -187,7 +189,6 @@ def retrieve_turn(
         "crest_bias": seen.crest_bias,
         **_dwell_fields(estimate, heard, common),
         **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
-        **({"diffraction_std": np.where(heard, bent, np.nan)} if bent.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),

@@ -37,9 +37,7 @@ class PolarMap:
     width: float  # rad, of a look
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
     sensed: Field  # m², the errors' part that the motion sensors add to the heights
-    added: (
-        Field  # m², that and what bent light adds: parts that the retrieval does not weigh, which heights hold in full
-    )
+    added: Field  # m², the errors' parts that the estimate does not weigh, so that heights hold all of them
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
@@ -50,9 +48,8 @@ class PolarMap:
 
         height, distance = field("height"), field("ground_range")
         noise = field("height_std") ** 2
-        sensed, bent = (
-            field(name) ** 2 if name in polar else np.zeros(noise.shape) for name in ("sensor_std", "diffraction_std")
-        )
+        sensed = field("sensor_std") ** 2 if "sensor_std" in polar else np.zeros(noise.shape)
+        added = np.maximum(noise - field("analysis_std") ** 2, 0.0) if "analysis_std" in polar else sensed
         known = np.isfinite(height) & np.isfinite(noise) & np.isfinite(distance)
         known &= (polar["quality"].values & _BARRED) == 0
         seen = known * 1.0
@@ -66,7 +63,7 @@ class PolarMap:
         if "antenna_x" in polar:
             place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
         fields = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
-        return cls(*fields, conditional, sensed, sensed + bent)
+        return cls(*fields, conditional, sensed, added)
 
     @property
     def step(self) -> float:

@@ -69,8 +69,8 @@ def row(name: str, table: xr.Dataset, judge: xr.Dataset, seconds: float) -> str:
         most = max(most, float(abs(apart.mean()) + np.nan_to_num(band)))
         cells.append(f"{apart.mean():+.1f} ± {band:.1f}")
     sure = "" if np.isnan(mast.confidence) else f" ({mast.confidence:.0%})"
-    apart = mast.value != of_judge.value or least > SAME
-    answer = "differs" if apart else "same" if most <= SAME else "open"
+    changed = mast.value != of_judge.value or least > SAME
+    answer = "differs" if changed else "same" if most <= SAME else "open"
     return " | ".join([name, f"{mast.value:g} m{sure}", *cells, f"{seconds:.2f}", answer])
 
 
