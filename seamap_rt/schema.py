@@ -103,7 +103,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "height": _polar("m", "retrieved height of the sea surface", _SEA_HEIGHT),
         "height_std": _polar("m", "standard error of the height"),
         "sensor_std": _polar("m", "part of height_std by the motion sensors", None, False),
-        "analysis_std": _polar("m", "part of height_std by what the estimate weighs: noise and speckle", None, False),
+        "analysis_std": _polar("m", "analysis error, part of height_std: by noise and speckle", None, False),
         "slope_range": _polar("1", "slope along the look, outward"),
         "slope_azimuth": _polar("1", "slope across the look, clockwise"),
         "slope_range_std": _polar("1", "standard error of the slope along the look", None, False),

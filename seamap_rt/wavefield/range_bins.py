@@ -37,7 +37,7 @@ class PolarMap:
     width: float  # rad, of a look
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
     sensed: Field  # m², the errors' part that the motion sensors add to the heights
-    added: Field  # m², the errors' parts that the estimate does not weigh, so that heights hold all of them
+    excess: Field  # m², error variance beyond the analysis error: heights vary by all of it
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
@@ -49,7 +49,7 @@ class PolarMap:
         height, distance = field("height"), field("ground_range")
         noise = field("height_std") ** 2
         sensed = field("sensor_std") ** 2 if "sensor_std" in polar else np.zeros(noise.shape)
-        added = np.maximum(noise - field("analysis_std") ** 2, 0.0) if "analysis_std" in polar else sensed
+        excess = np.maximum(noise - field("analysis_std") ** 2, 0.0) if "analysis_std" in polar else sensed
         known = np.isfinite(height) & np.isfinite(noise) & np.isfinite(distance)
         known &= (polar["quality"].values & _BARRED) == 0
         seen = known * 1.0
@@ -63,7 +63,7 @@ class PolarMap:
         if "antenna_x" in polar:
             place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
         fields = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
-        return cls(*fields, conditional, sensed, added)
+        return cls(*fields, conditional, sensed, excess)
 
     @property
     def step(self) -> float:
@@ -102,8 +102,8 @@ class RangeBins:
         """Of the polar map of one turn, arrays (bin,); None without any cell."""
         if not polar_map.known.any():
             return None
-        fields = (polar_map.distance, polar_map.height, polar_map.noise, polar_map.sensed, polar_map.added)
-        out, height, noise, sensed, extra = (field[polar_map.known] for field in fields)
+        fields = (polar_map.distance, polar_map.height, polar_map.noise, polar_map.sensed, polar_map.excess)
+        out, height, noise, sensed, excess = (field[polar_map.known] for field in fields)
         gate = np.nonzero(polar_map.known)[1]
         mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
         number = (out / BIN_M).astype(np.intp)
@@ -112,8 +112,9 @@ class RangeBins:
         held = np.maximum(np.bincount(number, out, count), 1e-300)
         gates = np.histogram(polar_map.ranges, np.arange(count + 1) * BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
-        added = 2.0 * extra if polar_map.conditional else 0.0  # of which such means hold all, of the sea too little
-        fields = (height**2 - added, noise, sensed)
+        # A conditional mean falls short of the sea by its analysis error: E[h²] = σ² − analysis + excess.
+        doubled = 2.0 * excess if polar_map.conditional else 0.0  # once in h², once in the noise that is added below
+        fields = (height**2 - doubled, noise, sensed)
         square, errors, common = (np.bincount(number, out * each, count) / held for each in fields)
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)

@@ -157,3 +157,7 @@ def test_commits_that_change_no_bit_of_a_subject_leave_its_results_current(
             evidence.write("waves", {"kind": "debug", "command": "", **first}, "")
         counts.append(evidence.changes("waves"))
     assert counts == [0, 0, 1]
+    fix = evidence.git("log", "-1", "--format=%H")[:8]
+    for reached, count in (("waves", 0), ("ships sea", 1)):  # packages that the fix changes
+        monkeypatch.setitem(evidence.CHANGED, fix, reached)
+        assert evidence.changes("waves") == count

@@ -10,12 +10,16 @@ from plane_waves import AZIMUTH, GROUND, Waves, maps, random_sea
 
 from seamap_rt.conventions import GRAVITY, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.interferometry import retrieve
 from seamap_rt.physics.dispersion import DEEP_WATER
+from seamap_rt.scene import load_scene
+from seamap_rt.simulation import Simulator
 from seamap_rt.wavefield.map_limits import Resolution
 from seamap_rt.wavefield.periodogram import mean_periodogram
 from seamap_rt.wavefield.sea_state import TurnSpectrum, height_of_samples, in_words, sea_state
 from seamap_rt.wavefield.system_likelihood import find_systems
 from seamap_rt.wavefield.wave_systems import WaveSystem, WaveSystems
+from validation.sea.sea_state import true_height
 
 
 def state(
@@ -304,3 +308,20 @@ def test_errors_that_the_retrieval_does_not_weigh_are_no_sea(estimator: str, par
     # Of the mean square a fifth is the lean's; a few of the waves in sight lie along it by chance.
     assert heights[0] == pytest.approx(heights[1], rel=0.05)
     assert heights[2] > 1.05 * heights[1]
+
+
+def test_the_height_of_seas_that_a_radar_sees_has_no_bias() -> None:
+    """By light that bends, with noise. One turn's height errs by 3.4 %, as it states, the mean of four by 1.7 %: the
+    bound is twice that. With the excess over the analysis error counted twice such seas are 5.7 % too high."""
+    errors = []
+    for height, period in ((1.0, 4.8), (1.4, 5.5)):
+        for seed in (131, 132):
+            waves = {"spectrum": "jonswap", "significant_wave_height_m": height, "peak_period_s": period}
+            scene = load_scene("choppy_sea", {"seed": seed, "sea.waves": [waves], "tracing.tracer": "horizon"})
+            simulator = Simulator(scene)
+            turn = simulator.turn(0)
+            state = sea_state(retrieve(turn.echoes, scene.resolved_retrieval)).isel(turn=0)
+            ends = float(state["range_first"]), float(state["range_last"])
+            true = true_height(simulator, turn.truth["polar"].to_dataset().isel(turn=0), *ends)
+            errors.append(float(state["significant_wave_height"]) / true - 1.0)
+    assert abs(np.mean(errors)) < 0.034
