@@ -166,9 +166,9 @@ BY_HAND = {  # results that no study of these makes, and why
 }
 # Messages, names and moves: arrays and forecasts of six scenes, rays and horizon, VV and HH, have the same bits before
 # the first and after the last (`python -m validation.same 34b6b167 b6ece1d8`, checkouts of either).
-CHANGED = dict.fromkeys(("0d41879c", "9ca11d13", "a9d3bfea", "5cde067f", "b6ece1d8"), "")
+CHANGED: dict[str, str] = {"0d41879c": "", "9ca11d13": "", "a9d3bfea": "", "5cde067f": "", "b6ece1d8": ""}
 # Sea states, and what forecasts take from them; maps have the same bits, and one part of their errors more.
-CHANGED |= dict.fromkeys(("6756e74a", "09de6178"), "wavefield prediction")
+CHANGED |= {"6756e74a": "wavefield prediction", "09de6178": "wavefield prediction"}
 
 
 def tables(text: str) -> list[dict[str, Any]]:
