@@ -182,7 +182,7 @@ _SLOPE = 0.14  # rms of the sea's slopes as cells of some metres show them, stee
 _STRAY = 0.001  # m² per m² of distance, by which such seas are let stray from a plane
 _RADIUS = 6.0  # m, of the neighbourhood: an eighth of the length of a wind sea's waves
 _MOST_LOOKS = 6  # to either side
-NEIGHBOUR_VARIANCE = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
+_NEIGHBOUR_VARIANCE = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
 _RELIABLE_CYCLE = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
 _FIXED_PRECISION = 1e9  # precision of what is fixed, over that of a whole cycle
 _UNIFORM_STD = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
@@ -253,6 +253,11 @@ def largest_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> floa
     return float(np.sqrt(-2.0 * np.log(min(resultant, 1.0)) * np.mean(gains[far] ** 2)))
 
 
+def neighbourhood(spacing: float) -> Neighbourhood:
+    """That of cells whose gates lie `spacing` metres apart."""
+    return Neighbourhood(float(spacing), _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2)
+
+
 def ambiguous_gates(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     """Gates (gate,) in which a sea of that rms height [m] reaches beyond half an ambiguity, π |dz/dφ|."""
     with np.errstate(invalid="ignore"):
@@ -265,7 +270,7 @@ def doubtful_cycle(off: Field, step: Field) -> NDArray[np.bool_]:
     Arrays (look, gate). off: cycles by which the phase differs from the mean's, whole ones do not matter; step: metres
     of a cycle. A steep wind sea strays from the mean over _RADIUS by its slope times half of that. True of NaN.
     """
-    return ~is_reliable(off, step, NEIGHBOUR_VARIANCE)
+    return ~is_reliable(off, step, _NEIGHBOUR_VARIANCE)
 
 
 def is_reliable(off: Field, step: Field, variance: Field | float) -> NDArray[np.bool_]:
@@ -329,7 +334,7 @@ def resolve(
     first = np.where(sure, np.round((height - folded) / step), 0.0)
     folded = folded + first * step
     height, precision = np.where(sure, folded, height), np.where(sure, _FIXED_PRECISION / step**2, precision)
-    around = Neighbourhood(float(spacing), _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2)
+    around = neighbourhood(spacing)
     beside = np.ascontiguousarray(across[part[1]])
     cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, around)
     resolved.cycles[:] = -whole
