@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erf, erfc
+from scipy.special import erf, erfc, gammaincinv, j0
 
 from ..conventions import ground_range, radar_wavelength
-from ..interferometry.ambiguity import BEYOND, LEAST_ODDS, NEIGHBOUR_VARIANCE
+from ..interferometry.ambiguity import BEYOND, LEAST_ODDS, neighbourhood
 from ..interferometry.interferogram import AROUND, BLURRED_GATES, LASTING
 from ..interferometry.optimal import ACROSS_M, MOST_LOOKS
-from ..interferometry.speckle import estimation_doubt
+from ..interferometry.speckle import estimation_doubt, wrapped_variance
 from ..interferometry.windows import independent_looks, window_weights
 from ..radar import link
 from ..radar.array import antenna_array
@@ -39,10 +39,10 @@ class Design:
     ranges (gate,) slant [m], beyond the mast's foot; height, baseline [m]; wavelength [m]; pulse, beam: standard
     deviations of the area that a dwell's echo comes from, along [m] and across [rad]; width: of a look [rad];
     spacing: of gates [m]; paths: p of the phases that become heights; coarse: p of those that resolve their cycle;
-    pulses: of a dwell, over which noise averages; beat: of the noise with itself, against its beat with the echo;
-    speckle: independent samples of it in a dwell; doubt: by which a variance that was found from few samples is larger;
-    window: independent samples in the window whose power decides whether a cell has an echo; window_m, window_rad: its
-    sides; cell_m, cell_rad: the cell's.
+    pulses: of a dwell, over which noise averages; speckle: independent samples of it in a dwell; gates: independent
+    dwells along a cell; doubt: by which a variance that was found from few samples is larger; window: independent
+    samples in the window whose power decides whether a cell has an echo; window_m, window_rad: its sides; cell_m,
+    cell_rad: the cell's.
     """
 
     ranges: Array
@@ -56,8 +56,8 @@ class Design:
     paths: int
     coarse: int
     pulses: float
-    beat: float
     speckle: float
+    gates: float
     doubt: float
     window: float
     window_m: float
@@ -92,8 +92,8 @@ class Design:
             paths=paths,
             coarse=coarse,
             pulses=pulses,
-            beat=0.5 if paths == 2 else 1.0,
             speckle=speckle,
+            gates=_independent(response, spacing, window_weights(settings.cell_range_m, spacing)),
             doubt=estimation_doubt(around),
             window=speckle * _independent(response, spacing, along) * window,
             window_m=settings.window_range_m,
@@ -107,10 +107,16 @@ class Design:
         """Ground range (gate,) of mean sea level, m."""
         return ground_range(self.ranges, self.height)
 
-    @property
-    def gain(self) -> Array:
-        """Height that a radian of phase is worth (gate,), m."""
-        return self.wavelength * self.ranges / (2.0 * np.pi * self.paths * self.baseline)
+    def step(self, paths: int) -> Array:
+        """Height that a cycle of a phase is worth (gate,), m."""
+        return self.wavelength * self.ranges / (paths * self.baseline)
+
+    def noise(self, snr: Array, paths: int) -> Array:
+        """Variance [m²] (…, gate) of a dwell's height by noise, whose beat with itself is half where receivers or
+        transmitters take turns."""
+        ratio, beat = 1.0 / np.maximum(snr, 1e-6), 0.5 if paths == 2 else 1.0
+        gain = self.step(paths) / (2.0 * np.pi)
+        return gain**2 * (2.0 * ratio + beat * ratio**2) / (2.0 * self.pulses)
 
     @property
     def depth(self) -> float:
@@ -156,7 +162,8 @@ _BANDS = 24  # of wavenumber, in the filter's integral
 _NODES, _LEVELS = 12, 10  # ranges and noise densities at which it is taken, and interpolated
 _BRIGHT_SPOTS = 0.21  # of the variance along a pulse, what is left when its bright spots are known (Gaussian pulse)
 _GATES = 4  # to either side of a cell: the neighbours that it is found from, in the middle of a block
-_NEIGHBOURHOOD = 3.0  # m, mean distance of a cell from the neighbours that resolve its cycle
+_QUANTILES = 32  # of a cell's fading
+_RINGS = 16  # of a cell's neighbours
 
 
 @dataclass(frozen=True)
@@ -215,19 +222,23 @@ class Spectrum:
 def information(design: Design, spectrum: Spectrum, snr: Array) -> Array:
     """Inverse variance per ground [1/m⁴] of the heights of dwells, the mean over their fading; snr (…, gate) of one
     pulse."""
+    rough, tilted = _within_dwells(design, spectrum)
+    speckle = design.doubt * (rough + _BRIGHT_SPOTS * tilted) / design.speckle
+    total = np.zeros(snr.shape)
+    for fade, weight in zip(_FADES, _WEIGHTS, strict=True):
+        total += weight / (design.noise(fade * snr, design.paths) + speckle / fade)
+    return total / (design.depth * design.width * design.ground)
+
+
+def _within_dwells(design: Design, spectrum: Spectrum) -> tuple[Array, Array]:
+    """Variance [m²] (gate,) of heights within a dwell's area: what varies across it, and along it."""
     ground = design.ground
     nodes = _nodes(ground.size)
     across, along = np.array([spectrum.dwell_variance(design, float(each)) for each in ground[nodes]]).T
     rough = np.interp(ground, ground[nodes], across)
     # Even a flat sea's phase turns within a pulse: by its length along the range, height differs by its tangent.
     tilted = np.interp(ground, ground[nodes], along) + (design.pulse * design.height / ground) ** 2
-    speckle = design.doubt * (rough + _BRIGHT_SPOTS * tilted) / design.speckle
-    total = np.zeros(snr.shape)
-    for fade, weight in zip(_FADES, _WEIGHTS, strict=True):
-        ratio = 1.0 / np.maximum(fade * snr, 1e-6)
-        noise = design.gain**2 * (2.0 * ratio + design.beat * ratio**2) / (2.0 * design.pulses)
-        total += weight / (noise + speckle / fade)
-    return total / (design.depth * design.width * ground)
+    return rough, tilted
 
 
 def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float) -> Array:
@@ -260,19 +271,58 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
     return np.maximum(filtered, 1.0 / (1.0 / max(sea, 1e-12) + known * area))
 
 
-def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
-    """Share (gate,) of cells whose phase may lie on another cycle, as the retrieval judges that from their neighbours.
+def ambiguous_share(design: Design, spectrum: Spectrum, snr: Array, sea: float) -> Array:
+    """Share (gate,) of cells with an echo whose phase may lie on another cycle, as the retrieval judges that.
 
-    sea: variance [m²]; slope_variance: of the surface in one direction.
+    snr (gate,): of one pulse, where there is an echo; sea: variance [m²]. A cell is expected where the mean of its
+    neighbours is, which waves bend about it, and where one way's phase has it; its own phase fades with its speckle.
     """
-    step = design.wavelength * design.ranges / (design.coarse * design.baseline)
-    allowed = 0.5 - np.log(LEAST_ODDS) * NEIGHBOUR_VARIANCE / step**2
-    stray = _NEIGHBOURHOOD * np.sqrt(slope_variance) / step
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / (np.sqrt(2.0) * stray)), 1.0)
-    if design.coarse == design.paths:  # else neighbours are followed by one way's phases, which turn half as fast
-        share = np.where(design.turn(design.paths) > 1.0, 1.0, share)
-    return np.where(0.5 * step < BEYOND * np.sqrt(sea), share, 0.0)
+    step = design.step(design.paths)
+    blurred = design.turn(design.coarse) > 1.0
+    if design.coarse == design.paths:
+        blurred |= 0.5 * step < np.sqrt(sea)
+    rough, tilted = _within_dwells(design, spectrum)
+    speckle = 0.5 * (rough + tilted) / design.speckle  # bright spots are not known yet
+    samples = design.speckle * design.gates
+    fades = gammaincinv(samples, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)[:, None] / samples
+
+    def cell_variance(paths: int, doubt: float = 1.0) -> Array:
+        return (design.noise(fades * snr, paths) + doubt * speckle / fades) / design.gates
+
+    variance = cell_variance(design.paths)
+    usual = 1.0 / np.mean(1.0 / variance, axis=0)
+    coarse = np.zeros(step.size)
+    if design.coarse != design.paths:
+        coarse = np.mean(1.0 / cell_variance(design.coarse), axis=0)
+    nodes = _nodes(step.size)
+    found = [_expectation(design, spectrum, float(design.ground[n]), usual[n], coarse[n], sea) for n in nodes]
+    stray, doubt = (np.interp(np.arange(step.size), nodes, each) for each in np.array(found).T)
+    uniform = np.pi**2 / 3.0
+    phase = wrapped_variance(cell_variance(design.paths, design.doubt) * (2.0 * np.pi / step) ** 2)
+    apparent = (step / (2.0 * np.pi)) ** 2 * phase / np.maximum(1.0 - phase / uniform, 1e-4)
+    allowed = 0.5 - np.log(LEAST_ODDS) * (doubt + apparent) / step**2
+    off = np.sqrt(2.0 * (stray + doubt + variance)) / step
+    share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / off), 1.0).mean(axis=0)
+    return np.where(0.5 * step < BEYOND * np.sqrt(sea), np.where(blurred, 1.0, share), 0.0)
+
+
+def _expectation(
+    design: Design, spectrum: Spectrum, distance: float, noise: float, coarse: float, sea: float
+) -> tuple[float, float]:
+    """Variance [m²] by which waves stray from what a cell's neighbours let expect, and of the neighbours' errors.
+
+    noise: variance of neighbours [m²]; coarse: one over that of one way's height; sea: of heights about mean sea level.
+    All around a cell, the plane that the retrieval fits is the mean of neighbours, each by its own weight.
+    """
+    around, across = neighbourhood(design.spacing), distance * design.width
+    radius = np.sqrt(around.radius * min(around.radius, around.most_looks * across))
+    apart = (np.arange(_RINGS) + 0.5) / _RINGS * radius
+    weight = 2.0 * np.pi * apart * radius / _RINGS / (design.spacing * across) / (noise + around.stray * apart**2)
+    total = weight.sum() + coarse + 1.0 / max(sea, 1e-12)
+    followed = (j0(spectrum.wavenumber * apart) @ weight + coarse) / total
+    shown = spectrum.amplitude_share(design.cell_m / np.sqrt(12.0), design.beam * distance)
+    stray = np.sum(spectrum.variance.mean(axis=0) * (shown * (1.0 - followed[:, None])) ** 2)
+    return float(stray), float(1.0 / total)
 
 
 def score(variance: Array, sea: float) -> Array:

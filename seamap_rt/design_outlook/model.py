@@ -167,7 +167,8 @@ def estimate_outlook(scene: Scene) -> Outlook:
     if motion is not None:
         error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
         moves = motion.in_words(design, waves)
-    sure = above_noise * (1.0 - ambiguous_share(design, sea, slope)) * counts
+    audible = (snr * above_noise).sum(axis=(0, 1)) / np.maximum(above_noise.sum(axis=(0, 1)), 1e-12)
+    sure = above_noise * (1.0 - ambiguous_share(design, spectrum, audible, sea)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
