@@ -12,6 +12,7 @@ from validation import evidence
 
 ROOT = Path(__file__).parents[2]
 READMES = ("README.md", "validation/README.md")
+MODELS = [f"validation/models/{page.name}" for page in sorted((ROOT / "validation/models").glob("*.md"))]
 
 
 def quoted(readme: str) -> list[tuple[str, str, str]]:
@@ -24,7 +25,7 @@ def quoted(readme: str) -> list[tuple[str, str, str]]:
     return made
 
 
-@pytest.mark.parametrize("readme", READMES)
+@pytest.mark.parametrize("readme", [*READMES, *MODELS])
 def test_each_quoted_figure_is_that_of_its_result(readme: str) -> None:
     """Every figure with a source stands in the words before it and equals its result to its own digits."""
     figures = quoted(readme)
@@ -39,7 +40,7 @@ def test_each_quoted_figure_is_that_of_its_result(readme: str) -> None:
         for _, figure, path in figures
         if not evidence.agrees(figure, path)
     ]
-    assert len(figures) > 10
+    assert readme in MODELS or len(figures) > 10
     assert not wrong, "; ".join(wrong)
 
 

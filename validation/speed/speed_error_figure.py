@@ -147,11 +147,15 @@ def _setups(axes: Axes, drawn: Drawn, tracer: str, number: int) -> None:
     x, y = [p.seconds for p in best], [scale * p.errors.window[number] for p in best]
     axes.plot(x, y, color=colour, linewidth=0.9, zorder=3, drawstyle="steps-post")
     if tracer == "facets" and number in LABELLED:
+        before = 0.0
         for point, at in zip(best, zip(x, y, strict=True), strict=True):
             name = f"{point.mesh.facet_m:g} × {point.mesh.columns}"
-            axes.annotate(name, at, (1, 2), textcoords="offset points", fontsize=5, color=colour, rotation=35)
+            if at[0] > _APART * before:
+                axes.annotate(name, at, (1, 2), textcoords="offset points", fontsize=5, color=colour, rotation=35)
+                before = at[0]
 
 
+_APART = 1.2  # between the seconds of points that have names
 _MARK = {"facets": "o", "horizon": "^"}
 
 
