@@ -129,7 +129,7 @@ STUDIES: dict[str, Study] = {
     # how far it sees
     "shadowing": Study("scene", "seamap_rt.cli shadowing choppy_sea --heights 3,5,10 --out {out}", "tracing studies"),
     "trade": Study("scene", "claims.trade_heights", "studies metrics.py interferometry echoes"),
-    "outlook": Study("validate", "claims.outlook --first 3001 --designs 40 --masts", "design_outlook"),
+    "outlook": Study("validate", "claims.outlook --first 4001 --designs 40 --masts", "design_outlook"),
     "gauges": Study("scene", "retrieval.gauges", "gauges.py interferometry echoes"),
     "trade_visible": Study("scene", "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
     "hidden_heights": Study("debug", "light.hidden_heights", "tracing/diffraction.py"),
@@ -243,7 +243,10 @@ def figure(path: str) -> float:
         raise KeyError(f"{path}: {len(found)} cells in results/{name}.json, not one")
     _, columns, cells = found[0]
     cell = cells[1 + columns.index(column)] if column in columns else cells[int(column)]
-    return number(NUMBER.findall(cell)[int(which or 1) - 1])
+    numbers = NUMBER.findall(cell)
+    if len(numbers) < int(which or 1):
+        raise KeyError(f"{path}: {cell!r} in results/{name}.json has no such number")
+    return number(numbers[int(which or 1) - 1])
 
 
 def number(text: str) -> float:

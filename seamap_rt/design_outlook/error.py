@@ -282,11 +282,14 @@ def ambiguous_share(design: Design, spectrum: Spectrum, snr: Array, sea: float) 
     if design.coarse == design.paths:
         blurred |= 0.5 * step < np.sqrt(sea)
     rough, tilted = _within_dwells(design, spectrum)
-    speckle = 0.5 * (rough + tilted) / design.speckle  # bright spots are not known yet
+    within = rough + tilted  # bright spots are not known yet
     samples = design.speckle * design.gates
     fades = gammaincinv(samples, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)[:, None] / samples
 
     def cell_variance(paths: int, doubt: float = 1.0) -> Array:
+        radian = (design.step(paths) / (2.0 * np.pi)) ** 2
+        # Phases that spread by s leave a coherence γ = exp(−s²/2), and von Mises' (1 − γ²)/2γ to a sample.
+        speckle = radian * np.sinh(np.minimum(0.5 * within / radian, 50.0)) / design.speckle
         return (design.noise(fades * snr, paths) + doubt * speckle / fades) / design.gates
 
     variance = cell_variance(design.paths)
