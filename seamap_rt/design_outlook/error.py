@@ -298,7 +298,9 @@ def ambiguous_share(design: Design, spectrum: Spectrum, snr: Array, sea: float) 
     if design.coarse != design.paths:
         coarse = np.mean(1.0 / cell_variance(design.coarse), axis=0)
     nodes = _nodes(step.size)
-    found = [_expectation(design, spectrum, float(design.ground[n]), usual[n], coarse[n], sea) for n in nodes]
+    found = [
+        _expectation(design, spectrum, float(design.ground[n]), float(usual[n]), float(coarse[n]), sea) for n in nodes
+    ]
     stray, doubt = (np.interp(np.arange(step.size), nodes, each) for each in np.array(found).T)
     uniform = np.pi**2 / 3.0
     phase = wrapped_variance(cell_variance(design.paths, design.doubt) * (2.0 * np.pi / step) ** 2)
