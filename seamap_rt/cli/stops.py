@@ -2,7 +2,8 @@
 
 While the modules are loaded nothing has been begun yet, and the process ends at once. Later the first signal raises
 KeyboardInterrupt, so that files are closed, and all further ones do nothing: they would cut off what closes the files.
-Doing nothing is a handler's work: Python complains of a signal that came just before it was set to be ignored.
+A library may swallow the first: where nothing deals with it a second later, it is raised again. Doing nothing is a
+handler's work: Python complains of a signal that came just before it was set to be ignored.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sys
 from typing import Any
 
 INTERRUPTED = 130
-_AGAIN_S = 0.01
+_AGAIN_S, _LOST_S = 0.01, 1.0
 
 
 class Stops:
@@ -42,6 +43,7 @@ class Stops:
         Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """
         interrupted, self.requested = self.requested, True
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = (lambda _: None) if process and interrupted else self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
@@ -49,18 +51,30 @@ class Stops:
     def _stop(self, *_: object) -> None:
         if not self.requested:
             self.requested = True
+            _raise_after(_LOST_S)
             raise KeyboardInterrupt
-
-    def _stop_again(self, *_: object) -> None:
-        raise KeyboardInterrupt
 
     def _unraisable(self, lost: sys.UnraisableHookArgs) -> None:
         """An interruption that met a callback from which nothing can be raised comes again, a little later."""
         if issubclass(lost.exc_type, KeyboardInterrupt):
-            signal.signal(signal.SIGALRM, self._stop_again)
-            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+            _raise_after(_AGAIN_S)
         else:
             self._hook(lost)
+
+
+def _raise_after(seconds: float) -> None:
+    signal.signal(signal.SIGALRM, _raise_unless_met)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def _raise_unless_met(*_: object) -> None:
+    """Raise KeyboardInterrupt, and once more if that is lost; not where one is being dealt with, or a command ends."""
+    met = sys.exc_info()[1]
+    while met is not None and not isinstance(met, (KeyboardInterrupt, SystemExit)):
+        met = met.__context__
+    if met is None:
+        _raise_after(_LOST_S)
+        raise KeyboardInterrupt
 
 
 def _end_at_once(*_: object) -> None:

@@ -24,7 +24,7 @@ def hold_interruptions() -> Iterator[None]:
     held: list[int] = []
     before = {}
     if threading.current_thread() is threading.main_thread():  # only there do signals interrupt
-        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
     for number in before:
         signal.signal(number, lambda number, _: held.append(number))
     try:

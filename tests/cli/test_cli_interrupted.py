@@ -318,3 +318,27 @@ def test_full_disk_is_one_line(call: Any, monkeypatch: Any, error: OSError) -> N
     monkeypatch.setattr("seamap_rt.io.growing_store.GrowingStore.append", full)
     answer = call("simulate", "tiny", *settings(), "--out", "results")
     assert_refused(answer, "results/truth.nc", "No space left on device", code=4)
+
+
+def test_an_interruption_that_a_library_swallows_is_raised_again_and_what_closes_files_is_not_cut_off() -> None:
+    program = """
+import os, signal, time
+from seamap_rt.cli.stops import Stops
+stops = Stops()
+stops.begin()
+stops.run()
+try:
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.1)
+except BaseException:
+    pass
+try:
+    time.sleep(10.0)
+    print("lost")
+except KeyboardInterrupt:
+    time.sleep(2.5)
+    print("closed")
+stops.end(process=True)
+"""
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "closed\n", "")
