@@ -129,7 +129,7 @@ STUDIES: dict[str, Study] = {
     # how far it sees
     "shadowing": Study("scene", "seamap_rt.cli shadowing choppy_sea --heights 3,5,10 --out {out}", "tracing studies"),
     "trade": Study("scene", "claims.trade_heights", "studies metrics.py interferometry echoes"),
-    "outlook": Study("validate", "claims.outlook --first 4001 --designs 40 --masts", "design_outlook"),
+    "outlook": Study("validate", "claims.outlook --first 5001 --designs 40 --masts", "design_outlook"),
     "gauges": Study("scene", "retrieval.gauges", "gauges.py interferometry echoes"),
     "trade_visible": Study("scene", "claims.trade_visible --seeds 2", "tracing visible_share.py studies"),
     "hidden_heights": Study("debug", "light.hidden_heights", "tracing/diffraction.py"),
@@ -146,7 +146,7 @@ STUDIES: dict[str, Study] = {
     "fuzz_turns": Study("debug", "fuzz.turns", _MAPS),
     "fuzz_hiding": Study("debug", "fuzz.hiding", "tracing"),
     "fuzz_declarations": Study("debug", "fuzz.declarations", "io"),
-    "kills": Study("debug", "kills --kills 36 --seed 55", "session io studies"),
+    "kills": Study("debug", "kills --kills 36 --seed 56", "session io studies"),
     "limits": Study("debug", "hard_cases.limits", "compute"),
     # seconds and bytes
     "turn": Study("time", "speed.speed --turns 9", f"{_MAPS} truth"),

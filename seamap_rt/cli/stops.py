@@ -13,8 +13,10 @@ import signal
 import sys
 from typing import Any
 
+from ..errors import is_interruption
+
 INTERRUPTED = 130
-_AGAIN_S, _LOST_S = 0.01, 1.0
+_AGAIN_S, _LOST_S = 0.01, 1.0  # after an interruption that met a callback; after which any other counts as lost
 
 
 class Stops:
@@ -68,11 +70,9 @@ def _raise_after(seconds: float) -> None:
 
 
 def _raise_unless_met(*_: object) -> None:
-    """Raise KeyboardInterrupt, and once more if that is lost; not where one is being dealt with, or a command ends."""
+    """Raise KeyboardInterrupt, and again if that is lost too; not where one is being dealt with."""
     met = sys.exc_info()[1]
-    while met is not None and not isinstance(met, (KeyboardInterrupt, SystemExit)):
-        met = met.__context__
-    if met is None:
+    if met is None or not is_interruption(met):
         _raise_after(_LOST_S)
         raise KeyboardInterrupt
 

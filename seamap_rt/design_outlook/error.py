@@ -274,8 +274,9 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
 def ambiguous_share(design: Design, spectrum: Spectrum, snr: Array, sea: float) -> Array:
     """Share (gate,) of cells with an echo whose phase may lie on another cycle, as the retrieval judges that.
 
-    snr (gate,): of one pulse, where there is an echo; sea: variance [m²]. A cell is expected where the mean of its
-    neighbours is, which waves bend about it, and where one way's phase has it; its own phase fades with its speckle.
+    snr (gate,): of one pulse, where there is an echo; sea: variance [m²]. A cell is expected at the mean of its
+    neighbours, from which waves curve away; its own phase fades with its speckle. Left out: heights of one way's
+    phases beside those of both ways, which change the share by a hundredth.
     """
     step = design.step(design.paths)
     blurred = design.turn(design.coarse) > 1.0
@@ -286,45 +287,36 @@ def ambiguous_share(design: Design, spectrum: Spectrum, snr: Array, sea: float) 
     samples = design.speckle * design.gates
     fades = gammaincinv(samples, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)[:, None] / samples
 
-    def cell_variance(paths: int, doubt: float = 1.0) -> Array:
-        radian = (design.step(paths) / (2.0 * np.pi)) ** 2
-        # Phases that spread by s leave a coherence γ = exp(−s²/2), and von Mises' (1 − γ²)/2γ to a sample.
-        speckle = radian * np.sinh(np.minimum(0.5 * within / radian, 50.0)) / design.speckle
-        return (design.noise(fades * snr, paths) + doubt * speckle / fades) / design.gates
-
-    variance = cell_variance(design.paths)
+    radian = (step / (2.0 * np.pi)) ** 2
+    # Phases that spread by s leave a coherence γ = exp(−s²/2), and von Mises' (1 − γ²)/2γ to a sample.
+    speckle = radian * np.sinh(np.minimum(0.5 * within / radian, 50.0)) / design.speckle / fades
+    noise = design.noise(fades * snr, design.paths)
+    variance = (noise + speckle) / design.gates
     usual = 1.0 / np.mean(1.0 / variance, axis=0)
-    coarse = np.zeros(step.size)
-    if design.coarse != design.paths:
-        coarse = np.mean(1.0 / cell_variance(design.coarse), axis=0)
     nodes = _nodes(step.size)
-    found = [
-        _expectation(design, spectrum, float(design.ground[n]), float(usual[n]), float(coarse[n]), sea) for n in nodes
-    ]
+    found = [_expectation(design, spectrum, float(design.ground[n]), float(usual[n]), sea) for n in nodes]
     stray, doubt = (np.interp(np.arange(step.size), nodes, each) for each in np.array(found).T)
-    uniform = np.pi**2 / 3.0
-    phase = wrapped_variance(cell_variance(design.paths, design.doubt) * (2.0 * np.pi / step) ** 2)
-    apparent = (step / (2.0 * np.pi)) ** 2 * phase / np.maximum(1.0 - phase / uniform, 1e-4)
+    phase = wrapped_variance((noise + design.doubt * speckle) / design.gates / radian)
+    apparent = radian * phase / np.maximum(1.0 - phase / (np.pi**2 / 3.0), 1e-4)  # of a uniform phase without end
     allowed = 0.5 - np.log(LEAST_ODDS) * (doubt + apparent) / step**2
     off = np.sqrt(2.0 * (stray + doubt + variance)) / step
     share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / off), 1.0).mean(axis=0)
-    return np.where(0.5 * step < BEYOND * np.sqrt(sea), np.where(blurred, 1.0, share), 0.0)
+    near = 0.5 * step < BEYOND * np.sqrt(sea)
+    return np.where(blurred & near.any(), 1.0, np.where(near, share, 0.0))
 
 
-def _expectation(
-    design: Design, spectrum: Spectrum, distance: float, noise: float, coarse: float, sea: float
-) -> tuple[float, float]:
+def _expectation(design: Design, spectrum: Spectrum, distance: float, noise: float, sea: float) -> tuple[float, float]:
     """Variance [m²] by which waves stray from what a cell's neighbours let expect, and of the neighbours' errors.
 
-    noise: variance of neighbours [m²]; coarse: one over that of one way's height; sea: of heights about mean sea level.
-    All around a cell, the plane that the retrieval fits is the mean of neighbours, each by its own weight.
+    noise: variance of neighbours [m²]; sea: of heights about mean sea level, to which the retrieval holds them. All
+    around a cell, the plane that it fits is the mean of neighbours, each by its own weight.
     """
     around, across = neighbourhood(design.spacing), distance * design.width
     radius = np.sqrt(around.radius * min(around.radius, around.most_looks * across))
     apart = (np.arange(_RINGS) + 0.5) / _RINGS * radius
     weight = 2.0 * np.pi * apart * radius / _RINGS / (design.spacing * across) / (noise + around.stray * apart**2)
-    total = weight.sum() + coarse + 1.0 / max(sea, 1e-12)
-    followed = (j0(spectrum.wavenumber * apart) @ weight + coarse) / total
+    total = weight.sum() + 1.0 / max(sea, 1e-12)
+    followed = j0(spectrum.wavenumber * apart) @ weight / total
     shown = spectrum.amplitude_share(design.cell_m / np.sqrt(12.0), design.beam * distance)
     stray = np.sum(spectrum.variance.mean(axis=0) * (shown * (1.0 - followed[:, None])) ** 2)
     return float(stray), float(1.0 / total)
