@@ -242,7 +242,7 @@ def write(made: dict[str, Any]) -> None:
     """With when, where and of which code it was judged, as every result states."""
     here = Environment.here()
     made |= {
-        "command": "python -m validation.mutants",
+        "command": f"python -m validation.mutants --count {len(made['outcomes'])} --seed {made['seed']}",
         "kind": "debug",
         "subject": [f"seamap_rt/{package}" for package in PACKAGES],
         "draw": None,

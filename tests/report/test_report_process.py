@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +23,7 @@ run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
 
 _COMPARE = """
 import sys
+import time
 from numba.core.registry import CPUDispatcher
 from seamap_rt import load_scene, retrieve, simulate
 from seamap_rt.session.report_process import compile_retrieval, compile_sum
@@ -62,6 +67,65 @@ def test_two_processes_draw_all_pictures_in_their_order(words: tuple[str, ...]) 
     command = [sys.executable, "-c", _DRAW, *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60.0)
     assert (done.returncode, done.stdout.split()) == (0, [*"01234", "{'gif'}", "5"]), done.stderr
+
+
+_KILLED = """
+import os, time
+from seamap_rt.report.page_elements import Picture
+from seamap_rt.session.report_process import draw_in_two
+
+parent = os.getpid()
+
+def draw():
+    if os.getpid() == parent:
+        time.sleep(60.0)
+    print(os.getpid(), flush=True)
+    return b"GIF" + bytes(10**6)  # more than a pipe holds
+
+draw_in_two([Picture(str(n), "", "", "", draw) for n in range(2)])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere one process draws")
+def test_none_of_two_processes_outlives_the_other() -> None:
+    """What the second one has drawn waits in a pipe that the first no longer reads."""
+    with subprocess.Popen([sys.executable, "-c", _KILLED], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        child = int(process.stdout.readline())
+        try:
+            process.kill()
+            process.communicate(timeout=10.0)  # until nobody holds the pipe
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(child, signal.SIGKILL)
+
+
+_SERVED = """
+import time
+from seamap_rt.session.report_process import ReportProcess
+
+class Slow:
+    def __reduce__(self):
+        return time.sleep, (60.0,)
+
+with ReportProcess() as draw:
+    print(draw._process.pid, flush=True)
+    draw(Slow())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone ends a process with its parent")
+def test_it_ends_with_the_process_that_it_serves() -> None:
+    """Also in the middle of its work: what it would write then is the next run's."""
+    with subprocess.Popen([sys.executable, "-c", _SERVED], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        served = int(process.stdout.readline())
+        time.sleep(3.0)  # it has been given its work, or soon will be
+        process.kill()
+    limit = time.monotonic() + 10.0
+    while Path(f"/proc/{served}").exists():
+        assert time.monotonic() < limit
+        time.sleep(0.05)
 
 
 def _given(run: Run, folder: Path) -> tuple[Any, ...]:
