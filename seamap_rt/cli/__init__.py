@@ -35,7 +35,10 @@ def main(arguments: list[str] | None = None) -> None:
         codes += [ended.code] if isinstance(ended.code, int) else []
         raise
     finally:
-        stops.end(process=arguments is None)
+        if stops.end(process=arguments is None) and arguments is None:
+            # Python would first wait for every thread: for ever, where the interruption met one as it was started, for
+            # its executor does not know it then, and lets it wait for work.
+            atexit._run_exitfuncs()
 
 
 def _end_process(codes: list[int]) -> None:

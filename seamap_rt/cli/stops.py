@@ -39,8 +39,9 @@ class Stops:
         for number in self._before:
             signal.signal(number, self._stop)
 
-    def end(self, process: bool) -> None:
-        """The command has ended. process: and so does the process, which is not to be asked for it any more.
+    def end(self, process: bool) -> bool:
+        """The command has ended; whether it was interrupted. process: and so does the process, which is not to be asked
+        for it any more.
 
         Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """
@@ -49,6 +50,7 @@ class Stops:
         sys.unraisablehook = (lambda _: None) if process and interrupted else self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
+        return interrupted
 
     def _stop(self, *_: object) -> None:
         if not self.requested:

@@ -175,6 +175,38 @@ def test_a_signal_while_modules_are_loaded_is_a_line(number: signal.Signals) -> 
         assert_refused(ended(process), "interrupted: nothing was begun", code=130)
 
 
+MEETS_A_THREAD = """
+import os, signal, threading, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
+start, met = threading.Thread.start, []
+
+def interrupted(thread):
+    start(thread)
+    if thread.name.startswith("rows") and not met:
+        met.append(thread)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1.0)
+
+threading.Thread.start = interrupted
+from seamap_rt.cli import main
+main()
+"""
+
+
+def test_an_interruption_that_meets_a_thread_as_it_starts_ends_the_process() -> None:
+    """Its executor does not know it then: Python would wait for ever for a thread that nobody tells to end."""
+    words = [*map(str, settings()), "--out", "met"]
+    with subprocess.Popen(
+        [sys.executable, "-c", MEETS_A_THREAD, "simulate", "tiny", *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        try:
+            out, err = process.communicate(timeout=60.0)
+        finally:
+            process.kill()
+    assert_refused(Answer(process.returncode, out, err), "interrupted: ", code=130)
+
+
 def test_the_first_signal_interrupts_and_others_wait_for_the_end() -> None:
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     stops = Stops()
