@@ -146,7 +146,7 @@ STUDIES: dict[str, Study] = {
     "fuzz_turns": Study("debug", "fuzz.turns", _MAPS),
     "fuzz_hiding": Study("debug", "fuzz.hiding", "tracing"),
     "fuzz_declarations": Study("debug", "fuzz.declarations", "io"),
-    "kills": Study("debug", "kills --kills 36 --seed 56", "session io studies"),
+    "kills": Study("debug", "kills --kills 36 --seed 57", "session io studies"),
     "limits": Study("debug", "hard_cases.limits", "compute"),
     # seconds and bytes
     "turn": Study("time", "speed.speed --turns 9", f"{_MAPS} truth"),
