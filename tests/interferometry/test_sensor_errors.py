@@ -63,6 +63,14 @@ def test_each_key_has_its_closed_form() -> None:
     np.testing.assert_allclose(added(5.0, latency_s=0.02), tilt / np.sqrt(2.0), rtol=2e-3)
 
 
+def test_a_sensor_is_read_once_a_pulse_at_most() -> None:
+    pulses_s = 1.0 / RadarDescription.of(echoes()).interval
+    noise = {"attitude_noise_deg": 0.1, "heading_noise_deg": 1.0, "position_noise_m": 0.2}
+    fastest = added(rate_hz=pulses_s, **noise)
+    np.testing.assert_allclose(added(rate_hz=10.0 * pulses_s, **noise), fastest, rtol=1e-12)
+    assert np.all(added(rate_hz=0.5 * pulses_s, **noise) > 1.1 * fastest)  # of half as many readings a mean keeps more
+
+
 def test_noise_is_kept_as_by_means_over_straight_lines() -> None:
     rng = np.random.default_rng(1)
     for x in (0.1, 0.5, 2.0, 10.0):  # readings to a look; two looks

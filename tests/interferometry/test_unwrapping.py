@@ -10,10 +10,12 @@ from seamap_rt.conventions import wrap_phase
 from seamap_rt.interferometry.ambiguity import (
     CycleEstimate,
     HeightEstimate,
+    Neighbourhood,
     ambiguous_gates,
     doubtful_cycle,
     resolve,
     sea_size,
+    unwrap,
 )
 
 SPACING, LOOKS = 1.5, 200
@@ -210,6 +212,21 @@ def test_what_is_expected_says_how_high_the_sea_is() -> None:
     # A step is 0.13 m at 30 m, where 0.03 m leave a cell in forty a cycle off.
     assert np.mean(off & ~found.ambiguous) < 0.01
     assert not off[:, RANGES > 60.0].any()
+
+
+@pytest.mark.parametrize("across", [0.4, 0.9, 1.1, 2.5])
+@pytest.mark.parametrize("looks", [1, 4, 10, 12, 24])
+def test_neighbours_are_those_within_the_radius(across: float, looks: int) -> None:
+    """10 m, however far apart looks are: a cell 5 m high, which is sure of it, decides another's cycle of 5 m."""
+    around = Neighbourhood(SPACING, radius=10.0, most_looks=30, stray=1e-4, slope_precision=1e4)
+    wanted = np.zeros((looks + 1, 1), bool)
+    wanted[[0, looks]] = True
+    folded, noise = np.where(np.arange(looks + 1)[:, None] == 0, 5.0, 0.0), np.full((looks + 1, 1), 1e-4)
+    step = np.where(folded > 0.0, 1000.0, 5.0)
+    mean, loose = np.zeros(folded.shape), np.full(folded.shape, 1e-2)
+    cycles, _ = unwrap(folded, step, noise, mean, loose, wanted, np.array([across]), around)
+    assert cycles[0, 0] == 0.0
+    assert cycles[looks, 0] == (1.0 if looks * across <= 10.0 else 0.0)
 
 
 def test_where_a_neighbourhood_does_not_tell_the_cycle() -> None:

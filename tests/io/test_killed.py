@@ -223,7 +223,7 @@ def test_each_write_of_a_run_leaves_its_whole_turns(snapshots: Snapshots, monkey
 
 def open_plainly(folder: Path) -> int:
     """The turns of the echoes in a folder, whose values must be those of their turns, as anyone opens them."""
-    with xr.open_zarr(folder / RUN, group="echoes") as found:
+    with xr.open_zarr(folder / RUN, group="echoes", chunks=None) as found:
         turns = int(found.attrs["complete_turns"])
         np.testing.assert_array_equal(found["turn"].values, np.repeat(np.arange(turns), 3))
         expected = np.broadcast_to(1.0 + found["turn"].values[:, None, None], (3 * turns, 2, 4))

@@ -12,7 +12,15 @@ from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.prediction import Box, Follower, Hull, Spectrum, WaveField, advise, countdown, forecast, turn_windows
 from seamap_rt.prediction.advice import advise_on
-from seamap_rt.prediction.advice_motions import Envelope, Expectation, SeaPrediction, Transfers, Waves, shares_of
+from seamap_rt.prediction.advice_motions import (
+    Envelope,
+    Expectation,
+    SeaPrediction,
+    Transfers,
+    Waves,
+    _strongest,
+    shares_of,
+)
 from seamap_rt.prediction.quantity import Course
 from seamap_rt.prediction.reconstruction import reconstruct
 from seamap_rt.settings import PredictionSettings
@@ -79,6 +87,13 @@ def test_a_place_on_board_moves_with_pitch_and_roll() -> None:
     np.testing.assert_allclose(acceleration, expected, atol=5e-4 * 0.4 * PEAK**2)
     over = 1.0 + 5j * waves.ky - np.exp(5j * waves.ky)  # of the tangent plane over the wave, 5 m forward
     np.testing.assert_allclose(bow, (0.4 * over * np.exp(-1j * PEAK * lead)).real, atol=5e-4 * 0.4)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.99])
+def test_the_waves_that_are_kept_are_the_fewest_that_hold_the_share(share: float) -> None:
+    power = np.random.default_rng(4).exponential(size=200)
+    kept = power[_strongest(power, share)]
+    assert kept.sum() >= share * power.sum() > kept.sum() - kept.min()
 
 
 def test_headings_mirrored_in_the_seas_direction_are_alike() -> None:
