@@ -48,3 +48,11 @@ def test_what_a_swell_longer_than_the_circle_leaves_open_is_what_forecasts_err_b
     # The rms error of forecasts is asked for to a tenth; and they are never worth less than none.
     np.testing.assert_allclose(np.sqrt(stated / true), 1.0, atol=0.1)
     assert np.all(true < spectrum.variance)
+
+
+@pytest.mark.parametrize(("period", "reach"), [(3.0, 100.0), (3.0, 400.0), (4.0, 800.0), (5.5, 800.0)])
+def test_squares_for_long_and_short_waves_hold_the_sea(period: float, reach: float) -> None:
+    """All but 0.4 % of it, which is left out, and what the corners of a square cut off; each wave in one of them."""
+    spectrum = gaussian_system(0.5, period, 225.0, 10.0)
+    held = sum(each.variance for each in lattices(spectrum, reach, SEEN_S + 30.0)) / spectrum.variance
+    assert 0.99 < held < 1.0
