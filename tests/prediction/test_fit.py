@@ -397,3 +397,15 @@ def test_a_spectrum_by_frequency_keeps_its_variance_and_its_way() -> None:
         assert abs(mean) == pytest.approx(5.0 / 6.0, rel=1e-3)
         assert np.degrees(np.angle(mean)) % 360.0 == pytest.approx(70.0, abs=1e-6)
         assert made.peak_period == pytest.approx(2.0 * np.pi / 1.05, rel=0.06)
+
+
+@pytest.mark.parametrize(("std", "ring"), [(50.0, (20.0, 150.0)), (0.05, (300.0, 400.0))])
+def test_a_fit_reaches_as_far_as_what_was_seen_tells(std: float, ring: tuple[float, float]) -> None:
+    """Heights of 300–400 m that err by 50 m tell nothing: they make no square wider, and cost no waves."""
+    stream = np.random.default_rng(2)
+    seen = []
+    for first, last, error in ((20.0, 150.0, 0.05), (300.0, 400.0, std)):
+        out, azimuth = stream.uniform(first, last, 400), stream.uniform(0.0, 2.0 * np.pi, 400)
+        x, y, none = out * np.sin(azimuth), out * np.cos(azimuth), np.zeros(400)
+        seen.append(Observations(x, y, none, none, np.full(400, error), np.array(["elevation"])))
+    assert ring[0] < Fit.of(wind_sea(), seen, 20.0, (0.0, 0.0)).reach <= ring[1]
