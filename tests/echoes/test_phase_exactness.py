@@ -131,6 +131,29 @@ def test_facet_paths(baseline: float, height: float, tilt: float) -> None:
                     assert abs(paths.coming[antenna, column, facet] - rate / exact) < 1e-7
 
 
+def test_facets_are_heard_by_how_high_they_stand_over_an_array_that_leans_any_way() -> None:
+    """Each antenna's cut, at the direction cosine between the way to the facet and the array's axis."""
+    installation = Installation(RadarSettings(sector_deg=(0.0, 0.9), range_m=(15.0, 300.0)))
+    grid = polar_grid(installation, TracingSettings(facet_m=2.0), 0)
+    shape = (grid.sweep.size, grid.ground_range.size)
+    facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
+    rise = facets.height - facets.grid.column_height
+    way = np.stack(
+        np.broadcast_arrays(facets.distance * np.cos(facets.angle), facets.distance * np.sin(facets.angle), rise), -1
+    )
+    assert np.ptp(facets.angle) > 1e-3
+    cut, found, expected = installation.array.elements[0].antenna.elevation, [], []
+    for up in ((0.0, 0.0, 1.0), (0.1, 0.5, np.sqrt(0.74))):
+        grid = replace(facets.grid)
+        vars(grid)["array_up"] = np.tile(up, (len(rise), 1))
+        found.append(
+            facet_paths(replace(facets, grid=grid), np.ones(rise.shape, np.float32), installation).amplitude[0]
+        )
+        expected.append(cut(way @ np.array(up) / np.linalg.norm(way, axis=-1)) ** 2)
+    # Cuts are tables of steps of 1e-4, amplitudes float32.
+    np.testing.assert_allclose(found[1] / found[0], expected[1] / expected[0], rtol=1e-5)
+
+
 @pytest.mark.parametrize("transmit", ["single", "switched"])
 @pytest.mark.parametrize("height", [3.0, 20.0])
 def test_phase_of_a_single_facet_through_the_echo_chain(height: float, transmit: str) -> None:
