@@ -40,8 +40,8 @@ class Stops:
             signal.signal(number, self._stop)
 
     def end(self, process: bool) -> bool:
-        """The command has ended; whether it was interrupted. process: and so does the process, which is not to be asked
-        for it any more.
+        """Restore or ignore both signals at the command's end; return whether it was interrupted. process: it ends with
+        the command, and further signals are ignored.
 
         Of an interrupted one nothing is printed then that its libraries' tasks and destructors still meet.
         """

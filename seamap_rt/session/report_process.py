@@ -150,7 +150,7 @@ def draw_in_two(pictures: Sequence[Picture]) -> list[Image]:
 
 
 def _end_with_parent() -> None:
-    """End this process with the one that began it, whatever ends that: on Linux, where the system knows how."""
+    """Let Linux kill this process when its parent ends, also when that is killed; other systems have no such call."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 

@@ -23,7 +23,6 @@ run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
 
 _COMPARE = """
 import sys
-import time
 from numba.core.registry import CPUDispatcher
 from seamap_rt import load_scene, retrieve, simulate
 from seamap_rt.session.report_process import compile_retrieval, compile_sum
