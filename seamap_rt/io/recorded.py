@@ -19,13 +19,11 @@ import difflib
 import json
 import math
 import os
-import struct
 import zipfile
-import zlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import h5py
 import numpy as np
@@ -34,10 +32,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
 from .declared import convert_by_attributes, decode
+from .matlab_elements import check_version_5
 from .opening import (
-    bytes_held,
     check_declared_arrays,
-    check_declared_size,
     load,
     open_dataset,
     open_file,
@@ -254,9 +251,6 @@ def _refuse_slips(path: Path, held: list[str], inside: Mapping[str, str]) -> Non
             raise InputError(f"{path}: '{name}' is no array of a recording; did you mean {near[0]}?")
 
 
-_PACKED = 15  # type of a packed variable
-
-
 def read_matlab(
     path: Path, wanted: Collection[str], read: Callable[[h5py.Dataset, str], NDArray]
 ) -> tuple[list[str], dict[str, Any]]:
@@ -265,7 +259,7 @@ def read_matlab(
     read: how an array of an HDF5 dataset is read; it may refuse one. Raises what SciPy and h5py raise for damage."""
     with open_file(path, "a recording") as opened:
         if not h5py.is_hdf5(path):
-            _check_unpacked_size(opened, path)
+            check_version_5(opened, path)
             held = [name for name, _, _ in scipy.io.whosmat(opened) if not name.startswith("__")]
             names = {name.split("/")[0] for name in wanted}
             tree = scipy.io.loadmat(opened, chars_as_strings=True, variable_names=names)
@@ -275,25 +269,6 @@ def read_matlab(
         check_declared_arrays(file, wanted, str(path))
         held = [str(name) for name in file if not str(name).startswith("#")]
         return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
-
-
-def _check_unpacked_size(opened: BinaryIO, path: Path) -> None:
-    """Raise InputError for a file whose variables are too large, those of version 5 once they are unpacked: it is done,
-    piece by piece, since what they say of their length may be wrong."""
-    held, mark = bytes_held(path), opened.read(128)[126:]
-    total = float(os.fstat(opened.fileno()).st_size)
-    while mark in (b"IM", b"MI") and len(tag := opened.read(8)) == 8:
-        kind, left = struct.unpack("<II" if mark == b"IM" else ">II", tag)
-        after, unpack = opened.tell() + left, zlib.decompressobj()
-        while kind == _PACKED and left and (piece := opened.read(min(left, 1 << 20))):
-            left -= len(piece)
-            while piece:
-                total += len(unpack.decompress(piece, 1 << 20))
-                piece = unpack.unconsumed_tail
-                check_declared_size(str(path), total, held)
-        opened.seek(after)
-    check_declared_size(str(path), total, held)
-    opened.seek(0)
 
 
 def _find_field(node: Any, way: list[str]) -> Any:

@@ -34,6 +34,7 @@ from xarray.core import indexing
 
 from ..errors import InputError, Refusal
 from .declared import plain_attributes
+from .matlab_elements import check_version_5
 from .opening import check_file, check_store, open_dataset, open_file, open_hdf5
 from .recorded import read_matlab
 
@@ -214,7 +215,9 @@ def _read(path: Path, name: str) -> NDArray[np.floating]:
 
 def _array_shape(path: Path, name: str) -> tuple[int, ...]:
     with open_file(path) as opened:
-        packed = b"MATLAB 7.3" not in opened.read(128)
+        if packed := b"MATLAB 7.3" not in opened.read(128):
+            opened.seek(0)
+            check_version_5(opened, path)
         shapes = {each: shape for each, shape, _ in whosmat(opened)} if packed else {}
     if packed:
         found = tuple(_find_array(shapes, name, path))

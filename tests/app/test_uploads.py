@@ -196,9 +196,8 @@ for line in Path(sys.argv[1]).read_text().splitlines():
 """
 
 
-def test_damaged_hdf5_is_a_file_or_a_line(tmp_path: Path) -> None:
-    """In a process of its own, as the page reads it: a library in C may end it. SciPy's ends it where a damaged .mat
-    names a type of element that there is not: those are left out here."""
+def test_what_a_library_in_c_reads_damaged_is_a_file_or_a_line(tmp_path: Path) -> None:
+    """In a process of its own, as the page reads it: a library in C may end it."""
     dice, lines, whole = random.Random(1), [], []
     contents = {
         "ww3.nc": (_SPECTRA / "ww3.nc").read_bytes(),
@@ -206,8 +205,9 @@ def test_damaged_hdf5_is_a_file_or_a_line(tmp_path: Path) -> None:
         "boat.nc": _h5(),
         "night.h5": _h5(),
         "night.nc": _h5(),
+        "night.mat": _mat(),
     }
-    for name, kind in _HDF5.items():
+    for name, kind in {**_HDF5, "night.mat": "recording"}.items():
         for number in range(12):
             damaged = bytearray(contents[name])
             for _ in range(min(number, 6)):

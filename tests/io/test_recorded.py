@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+import scipy.sparse
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -19,6 +22,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.recorded import echoes_from_recording, open_recording
+from seamap_rt.io.recorded import read_matlab
 from seamap_rt.radar.installation import Installation
 from seamap_rt.settings import PlatformSettings, RadarSettings, RetrievalSettings
 
@@ -483,6 +487,56 @@ def test_a_damaged_matlab_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "night.mat"
     path.write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
     assert "cannot be read" in refusal(lambda: open_recording(path))
+
+
+_READ_DAMAGED = """
+import sys
+from pathlib import Path
+from seamap_rt.io.recorded import read_matlab
+path = Path(sys.argv[1])
+content, refused = path.read_bytes(), 0
+for place in range(126, len(content)):
+    for value in (0, 5, 9, 127):
+        path.write_bytes(content[:place] + bytes([value]) + content[place + 1 :])
+        try:
+            read_matlab(path, ("lower", "rx", "text"), lambda *_: None)
+        except Exception:
+            refused += 1
+print(refused)
+"""
+
+
+def test_no_damage_of_a_matlab_file_ends_the_process(tmp_path: Path) -> None:
+    """Each byte behind the header, set to what is another type, class, flag or size."""
+    path = tmp_path / "night.mat"
+    lower, struct = np.ones((2, 3), np.complex64), {"gate": np.arange(3.0), "of": {"note": "x"}}
+    scipy.io.savemat(path, {"lower": lower, "rx": struct, "text": "words", "few": np.arange(2, dtype=np.int16)})
+    done = subprocess.run([sys.executable, "-c", _READ_DAMAGED, str(path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert int(done.stdout) > 500
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_what_matlab_files_may_hold_is_read(packed: bool, tmp_path: Path) -> None:
+    """All kinds of variables beside the arrays; numbers of any type, none, and one."""
+    path = tmp_path / "night.mat"
+    kept = {
+        "one": np.uint8(3),
+        "none": np.zeros((0, 3)),
+        "short": np.arange(2, dtype=np.int16),
+        "yes": np.array([True]),
+    }
+    kept |= {"lower": np.ones((200, 300), np.complex64), "text": "äöü"}
+    others = {
+        "cell": np.array([1, "a"], dtype=object),
+        "sparse": scipy.sparse.csc_matrix(np.eye(3)),
+        "rx": {"a": {"b": 1.0}},
+    }
+    scipy.io.savemat(path, kept | others, do_compression=packed)
+    _, found = read_matlab(path, kept, lambda *_: np.zeros(0))
+    assert found.pop("text") == kept.pop("text")
+    for name, values in kept.items():
+        np.testing.assert_array_equal(np.squeeze(found[name]), np.squeeze(values))
 
 
 @pytest.mark.parametrize("layout", ["complex", "parts", "pairs"])
